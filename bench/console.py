@@ -56,9 +56,11 @@ def served(root: Path) -> Iterator[tuple[Station, float]]:
         link = process.stdout.readline().strip()
         base, _, token = link.partition("/enter?token=")
         with httpx.Client(
-            base_url=base, headers={"Origin": base, "X-Planish-Tab": TAB}, timeout=WAIT_S, trust_env=False
+            base_url=base,
+            headers={"Origin": base, "X-Planish-Tab": TAB, "Authorization": f"Bearer {token}"},
+            timeout=WAIT_S,
+            trust_env=False,
         ) as browser:
-            browser.get(link)
             browser.get("/api/state").raise_for_status()
             answered = time.perf_counter() - start
             while browser.get("/api/state").json()["scanner"]["busy"]:  # it is being opened
@@ -182,7 +184,7 @@ async def stream(station: Station, path: str = "/api/events") -> tuple[str, asyn
     """Ask for the events, or for something else; returns the status of the answer, and the connection, still open."""
     host, _, port = station.base.removeprefix("http://").partition(":")
     reader, writer = await asyncio.open_connection(host, int(port))
-    head = f"GET {path} HTTP/1.1\r\nHost: {host}:{port}\r\nCookie: planish-{port}={station.token}\r\n\r\n"
+    head = f"GET {path} HTTP/1.1\r\nHost: {host}:{port}\r\nAuthorization: Bearer {station.token}\r\n\r\n"
     writer.write(head.encode())
     async with asyncio.timeout(WAIT_S):
         line = await reader.readline()

@@ -133,7 +133,7 @@ def _crash(browser: Browser, console: Console, link: str, keep: Keep) -> None:
         page.locator("[data-name=missale-romanum]").get_by_role("button", name="Open", exact=True).click()
         page.get_by_role("heading", name="Nothing is lost").wait_for(timeout=WAIT_MS)
         keep(page, "recovery-dark")
-        page.get_by_role("button", name="Go on shooting").click()
+        page.get_by_role("button", name="Continue capturing").click()
         _judged(page, PAGES + 2)
         page.evaluate("location.hash = '#/sessions'")
         page.wait_for_selector(".session")

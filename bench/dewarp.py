@@ -39,7 +39,7 @@ def main() -> None:
     except (ProgramMissing, subprocess.CalledProcessError) as missing:
         print(f"dewarp: {missing}")
         return
-    print("one picture (page-dewarp) beside the scan: words read, per cent, and MS-SSIM with the flat original")
+    print("one image (page-dewarp) next to the scan: words read, per cent, and MS-SSIM with the flat original")
     print(ROW.format("warp", "seconds", "raw words", "its words", "its MS-SSIM", "our words", "our MS-SSIM"))
     for warp in WARPS:
         task = next(task for task in tasks(SEED) if task.warp == warp)

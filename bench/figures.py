@@ -78,7 +78,7 @@ def super_figure() -> Image.Image:
     config = small_print.station(SMALL_PT)
     taken, text = small_print.shots(config, SHOTS), small_print.printed(config)
     panels = []
-    for title, scan in (("one shot", taken[0]), (f"{SHOTS} shots", super_resolve(taken))):
+    for title, scan in (("one capture", taken[0]), (f"{SHOTS} captures", super_resolve(taken))):
         page = restore(scan, Settings(shading="remove")).image
         read = recognise(page, 150.0, name=title).text
         right = f"{100 * count_matching_characters(text, read).precision:.1f} % of the characters read right"

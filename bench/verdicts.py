@@ -96,7 +96,7 @@ def _shots() -> Iterator[tuple[str, RangeScan]]:
     for blur in (1.0, 2.0, 3.0):
         yield f"out of focus by {blur:g} px", replace(good, texture=cv2.GaussianBlur(good.texture, (0, 0), blur))
     yield "a fifth more light", replace(good, texture=np.clip(good.texture * 1.2, 0, 255).astype(np.uint8))
-    yield "its left side at the edge of the picture", page_scan(1, cut=True)
+    yield "its left side at the edge of the image", page_scan(1, cut=True)
     points = good.points.copy()
     points[15:25, 20:28] = np.nan
     yield "a dark stain of 8 × 10 samples", replace(good, points=points)

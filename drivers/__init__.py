@@ -48,7 +48,7 @@ def open_link(config: Mapping[str, Any]) -> tuple[Link, Profile]:
 def _driver(config: Mapping[str, Any]) -> ModuleType:
     name = config.get("driver")
     if name not in DRIVERS:
-        raise SettingsError(f"there is no scanner driver {name!r}", f"use one of: {', '.join(sorted(DRIVERS))}")
+        raise SettingsError(f"the scanner driver {name!r} does not exist", f"use one of: {', '.join(sorted(DRIVERS))}")
     return import_module(DRIVERS[name])
 
 

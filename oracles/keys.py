@@ -33,6 +33,7 @@ ADJUST = "restore/photogrammetry/track_and_adjust.py"
 GRAMMETRY = "restore/photogrammetry/reconstruct.py"
 LIGHT = "restore/shading/remove.py"
 CAMERA = "drivers/vivid900/capture/camera.py"
+LAYOUT = "restore/layout/finding.py"
 RUN = "station/run/one_page.py"
 EVENTS = "station/session/events.py"
 STEPS = "station/session/steps.py"
@@ -75,6 +76,7 @@ KEYS: Mapping[str, Key] = {
     "samples": Key("number", "", "measured samples on the page", SHEET),
     "interpolated_fraction": Key("number", "1", "fraction of the surface without range", SHEET),
     "rotation_deg": Key("number", "degrees", "clockwise rotation of the page", "restore/turn.py"),
+    "mirrored": Key("flag", "", "whether the page was mirrored", "restore/mirror.py"),
     "findings": Key("[table]", "", "notes, warnings and doubts about the page", "restore/findings.py"),
     "code": Key("text", "", "which finding it is: a key of its table of codes", "restore/findings.py"),
     "severity": Key("text", "", "note, warning or doubt", "restore/findings.py"),
@@ -90,6 +92,24 @@ KEYS: Mapping[str, Key] = {
     "sheets": Key("[table]", "", "reports of the sheets of one scan", RUN),
     "sheet": Key("table", "", "which sheet of a scan the page is", "station/run/pieces.py"),
     "of": Key("number", "", "how many sheets the scan has", "station/run/pieces.py"),
+    "part": Key("text", "", "leaf of an opened book: left, right, or page for the whole", "restore/layout/leaves.py"),
+    "layout": Key(
+        "table|text", "", "layout of a scan as it was found, or as it is requested", "restore/layout/leaves.py"
+    ),
+    "edits": Key("table", "", "corrections by hand of the page", "restore/edits/model.py"),
+    "leaf_mm": Key("[number]", "mm", "size of a leaf without the strip of the facing page", "restore/pipeline.py"),
+    "advice": Key("text", "", "split, whole, left, right or ask", LAYOUT),
+    "is_spine": Key("text", "", "whether a valley is a spine: sure, unsure or no", LAYOUT),
+    "spine": Key("[table]|null", "pixels or mm", "points of the spine from head to tail", LAYOUT),
+    "frame": Key("text", "", "picture or page: where the spine is given", LAYOUT),
+    "sigma_mm": Key("number|null", "mm", "standard deviation of the place of the spine", LAYOUT),
+    "turn_deg": Key("number", "degrees", "turn of the surface across the spine", LAYOUT),
+    "beyond_deg": Key("number", "degrees", "turn of the surface next to the spine", LAYOUT),
+    "bands": Key("number", "1", "fraction of the height in which the spine was found", LAYOUT),
+    "crossing": Key("number|null", "1", "fraction of the height at which print runs over the spine", LAYOUT),
+    "widths_mm": Key("[number]|null", "mm", "width left and right of the spine", LAYOUT),
+    "gutter_hidden_mm": Key("number", "mm", "least width of paper at the spine without range", LAYOUT),
+    "reasons": Key("[text]", "", "why the advice is given", LAYOUT),
     "rejected": Key("[table]|table", "", "what was not used, with the reason", RUN),
     # Coverage: fractions of the page's area
     "coverage": Key("table", "", "fractions of the page by kind of pixel", COVERAGE),
@@ -98,6 +118,8 @@ KEYS: Mapping[str, Key] = {
     "occluded": Key("number", "1", "not seen by the camera", COVERAGE),
     "inpainted": Key("number", "1", "occluded, and inpainted", COVERAGE),
     "obstructed": Key("number", "1", "covered by something in a photograph", COVERAGE),
+    "facing": Key("number", "1", "of the facing page, next to the spine", COVERAGE),
+    "erased": Key("number", "1", "removed by hand", COVERAGE),
     "cropped_fraction": Key("number|null|[number]", "1", "fraction of the outline at the edge of the image", COVERAGE),
     # Quality measures and their limits in presets
     "measures": Key("table", "", "measures of the quality check", MEASURES),
@@ -109,6 +131,7 @@ KEYS: Mapping[str, Key] = {
     "smooth_strain_rms": Key("number|[number]", "1", "smooth_rms of the strain, as a measure", MEASURES),
     "blur_px": Key("number|null|[number]", "pixels", "standard deviation of the blur of edges", MEASURES),
     "clipped_fraction": Key("number|null|[number]", "1", "fraction of pixels that are full white or black", MEASURES),
+    "left_out_fraction": Key("number|[number]", "1", "size of a sheet that is not restored, of the page's", MEASURES),
     "similarity": Key("number|[number]", "1", "likeness to another page of the session", JUDGE),
     "fingerprint": Key("text", "", "print of the page, small, to compare", MEASURES),
     "checks": Key("[table]", "", "measures with their limits", JUDGE),
@@ -172,7 +195,7 @@ KEYS: Mapping[str, Key] = {
     "rotate": Key("text", "degrees", "rotation that is requested, or auto", "station/session/stages.py"),
     "allow_distorted": Key("flag", "", "write a page whose surface is too distorted", "station/session/stages.py"),
     "unit": Key("text", "", "unit of mesh coordinates", "station/session/stages.py"),
-    "scale": Key("text|null", "", "scale of photographs: card, none or width x height", "station/session/stages.py"),
+    "scale": Key("text|null", "", "where the scale is from: card, none or width x height", "station/session/stages.py"),
     # Events of a session
     "number": Key("number", "", "running number of an event, or of a sheet", EVENTS),
     "page": Key("number", "", "running number of the page, 0 for the volume", EVENTS),

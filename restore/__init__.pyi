@@ -1,4 +1,7 @@
 # The names of the public door and where they come from. They are imported when they are first used.
+from .edits.apply import correct_leaves as correct_leaves
+from .edits.finish import finish_page as finish_page
+from .edits.model import PageEdits as PageEdits, PartEdits as PartEdits, parse_edits as parse_edits
 from .errors import (
     BadInput as BadInput,
     NotEnoughSurface as NotEnoughSurface,
@@ -6,6 +9,10 @@ from .errors import (
 )
 from .findings import Finding as Finding
 from .formats import load_scan as load_scan, save_scan as save_scan
+from .layout.find import find_layout as find_layout
+from .layout.finding import BookPrior as BookPrior, LayoutFinding as LayoutFinding
+from .layout.leaves import find_leaves as find_leaves
+from .mirror import mirror_page as mirror_page
 from .page import FlatMesh as FlatMesh, RestoredPage as RestoredPage
 from .phones.load import load_capture as load_capture
 from .photo import Photograph as Photograph, read_photographs as read_photographs
@@ -13,6 +20,7 @@ from .photogrammetry import ScaleCard as ScaleCard, reconstruct_page as reconstr
 from .pipeline import restore as restore
 from .prepared.flatten import flatten as flatten
 from .prepared.separate import separate_sheets as separate_sheets
+from .restore_leaves import restore_leaves as restore_leaves
 from .scan import RangeScan as RangeScan, SurfaceMesh as SurfaceMesh
 from .settings import Settings as Settings
 from .structured_light import Projector as Projector

@@ -27,7 +27,7 @@ def read_regular(path: Path, limit: int) -> bytes:
         if stat.S_ISDIR(state.st_mode):
             raise IsADirectoryError(errno.EISDIR, "it is a folder", str(path))
         if not stat.S_ISREG(state.st_mode):
-            raise OSError(errno.EINVAL, "it is no regular file", str(path))
+            raise OSError(errno.EINVAL, "it is not a regular file", str(path))
         if state.st_size > limit:
             raise OSError(errno.EFBIG, f"it is larger than {limit} bytes", str(path))
         with open(descriptor, "rb", closefd=False) as file:

@@ -74,7 +74,8 @@ def restore(
     with clock("texture"):
         painted, photo_report = paint_registered(fine, registered, dpi)
         kinds = prepared.kinds_on(fine, painted.mask, dpi)
-        coverage = cover(fine, painted, kinds, prepared.camera_centre(fine), dpi)
+        camera_centre, one_shot = prepared.camera_centre(fine), prepared.is_one_shot
+        coverage = cover(fine, painted, kinds, camera_centre, dpi, may_be_cut=one_shot)
         painting = seen_part(painted, coverage)
     with clock("shade"):
         shaded = shade(fine, painting, registered, prepared.normals_on, settings)
@@ -87,12 +88,13 @@ def restore(
         *mirror_findings(fine),
         *hole_findings(painted.mask, kinds, dpi),
         *shaded.findings,
-        *coverage.findings(),
+        *coverage.findings(dpi),
         *prepared.findings_on(painting, coverage, dpi),
         *photo_findings(registered, photo_report),
     ]
     report |= {"coverage": coverage.described(), "source": dict(source.provenance), "seconds": clock.seconds}
     report |= {"photos": photo_report} if photos else {}
+    report |= leaf_fields(report)
     report["findings"] = [one.as_json() for one in found]
     return RestoredPage(
         image,
@@ -107,6 +109,13 @@ def restore(
         painting.page_source,
         findings=tuple(found),
     )
+
+
+def leaf_fields(report: Mapping[str, Any]) -> dict[str, Any]:
+    """The size of a leaf of an opened book without the strip of the facing page; empty for any other page."""
+    facing = report["coverage"]["facing"]
+    width, height = report["page_mm"]
+    return {"leaf_mm": [width * (1.0 - facing), height]} if facing else {}
 
 
 class Shaded(NamedTuple):

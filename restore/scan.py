@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
+
+Part = Literal["", "left", "right"]
+"""Which leaf of an opened book a sheet is; empty for any other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +88,16 @@ def with_findings(scan: Scan, *findings: Finding) -> Scan:
 class ScannedSheet(ABC):
     """One sheet of a scan, as `separate_sheets` finds it and `restore` takes it.
 
-    scan  the scan without the other sheets.
-    size  area of the sheet in the scan: mm² of a mesh, samples of a range image.
+    scan              the scan without the other sheets.
+    size              area of the sheet in the scan: mm² of a mesh, samples of a range image.
+    part              `left` or `right` for a leaf of an opened book, empty for any other sheet.
+    gutter_hidden_mm  of such a leaf, least width of paper at the spine that gave no range.
     """
 
     scan: RangeScan | SurfaceMesh
     size: float
+    part: Part = field(default="", kw_only=True)
+    gutter_hidden_mm: float = field(default=0.0, kw_only=True)
 
     @property
     @abstractmethod

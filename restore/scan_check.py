@@ -29,7 +29,7 @@ def refuse_unusable(scan: RangeScan | SurfaceMesh) -> None:
         return
     for what in ("vertices", "faces"):
         if not np.ndim(getattr(scan, what)):
-            raise BadInput(f"the {what} of the mesh are no array", HINT)
+            raise BadInput(f"the {what} of the mesh are not an array", HINT)
     if scan.texcoords is not None:
         _check_texcoords(scan.texcoords, scan.texture)
 
@@ -37,7 +37,7 @@ def refuse_unusable(scan: RangeScan | SurfaceMesh) -> None:
 def _check_picture(texture: Bytes) -> None:
     _check_array("a colour image", texture)
     if texture.dtype != np.uint8 or texture.ndim != 3 or texture.shape[2] != 3 or texture.size == 0:
-        raise BadInput(f"a colour image {_described(texture)} is no picture: (h, w, 3) of uint8 is one", HINT)
+        raise BadInput(f"a colour image {_described(texture)} is not an image: (h, w, 3) of uint8 is one", HINT)
 
 
 def _check_grid(scan: RangeScan) -> None:
@@ -45,7 +45,7 @@ def _check_grid(scan: RangeScan) -> None:
     _check_array("points", points)
     _check_array("texture_xy", places)
     if points.ndim != 3 or points.shape[2] != 3 or points.dtype.kind != "f":
-        raise BadInput(f"points {_described(points)} are no range grid: (rows, cols, 3) of floats is one", HINT)
+        raise BadInput(f"points {_described(points)} are not a range grid: (rows, cols, 3) of floats is one", HINT)
     if places.shape != (*points.shape[:2], 2) or places.dtype.kind != "f":
         shapes = f"texture_xy {_described(places)} does not fit points {_described(points)}"
         raise BadInput(f"{shapes}: (rows, cols, 2) of floats does", HINT)
@@ -56,9 +56,9 @@ def _check_grid(scan: RangeScan) -> None:
 def _check_texcoords(texcoords: Floats, texture: Bytes | None) -> None:
     _check_array("texture coordinates", texcoords)
     if texcoords.dtype.kind not in "fiu":
-        raise BadInput(f"texture coordinates {_described(texcoords)} are no numbers", HINT)
+        raise BadInput(f"texture coordinates {_described(texcoords)} are not numbers", HINT)
     if not (np.abs(texcoords) < FARTHEST_PX).all():
-        raise BadInput("some vertices have texture coordinates that are not finite, or beyond every picture", HINT)
+        raise BadInput("some vertices have texture coordinates that are not finite, or beyond every image", HINT)
     fits = texcoords.ndim == 2 and texcoords.shape[1] == 2 and len(texcoords)  # others are refused in validation
     if texture is not None and fits and not _seen(texcoords, texture).any():
         raise BadInput("no vertex of the mesh lies in its colour image", HINT)
@@ -66,7 +66,7 @@ def _check_texcoords(texcoords: Floats, texture: Bytes | None) -> None:
 
 def _check_array(what: str, array: Any) -> None:
     if not isinstance(array, np.ndarray):
-        raise BadInput(f"{what}: {type(array).__name__!r} is no array", HINT)
+        raise BadInput(f"{what}: {type(array).__name__!r} is not an array", HINT)
 
 
 def _seen(places: Floats, texture: Bytes) -> Mask:
@@ -125,7 +125,7 @@ def check_provenance(provenance: Any) -> None:
     """Raise BadInput for the provenance of a scan that cannot be read."""
     if not isinstance(provenance, Mapping):
         raise BadInput(
-            f"the provenance of the scan is no dictionary but {type(provenance).__name__!r}", PROVENANCE_HINT
+            f"the provenance of the scan is not a dictionary but {type(provenance).__name__!r}", PROVENANCE_HINT
         )
     try:
         KnownProvenance.model_validate(dict(provenance))

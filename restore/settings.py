@@ -27,11 +27,11 @@ class Settings(BaseModel):
     method: Literal["isometric", "sticks", "springs", "conformal", "applicable"] = Field(
         "isometric", description="how the sheet is flattened"
     )
-    shading: Literal["keep", "remove"] = Field("keep", description="leave light and shadow, or divide them out")
+    shading: Literal["keep", "remove"] = Field("keep", description="keep or remove light and shadow")
     white_balance: Literal["keep", "paper"] = Field(
-        "keep", description="leave the lamp's colour, or make bare paper neutral"
+        "keep", description="keep the colour of the light, or make bare paper neutral"
     )
-    inpaint_mm: float = Field(0.0, ge=0, le=50, description="hidden places up to this wide are invented")
+    inpaint_mm: float = Field(0.0, ge=0, le=50, description="occluded places up to this width are inpainted")
 
     @field_validator("points")
     @classmethod

@@ -28,7 +28,7 @@ def rotate_page(page: RestoredPage, degrees: int) -> RestoredPage:
     [(59, 118, 3), (118, 59, 3)]
     """
     if degrees not in RIGHT_ANGLES:
-        raise ValueError(f"{degrees!r} degrees are no right angle from 0 to 270")
+        raise ValueError(f"{degrees!r} degrees are not a right angle from 0 to 270")
     quarters = int(degrees) // 90
     if quarters == 0:
         return page

@@ -29,6 +29,21 @@ class Sheets(StrEnum):
     TOGETHER = "together"
 
 
+class Layout(StrEnum):
+    """What becomes of an opened book.
+
+    SINGLE  every sheet is a page, as it lies; the leaves of a gutter without range are two.
+    AUTO    two leaves where a spine is certain and no print runs over it, else one page.
+    SPLIT   two leaves, at the deepest valley.
+    WHOLE   one page.
+    """
+
+    SINGLE = "single"
+    AUTO = "auto"
+    SPLIT = "split"
+    WHOLE = "whole"
+
+
 class Rotation(StrEnum):
     """Degrees, clockwise, by which a page is turned; AUTO as its words are read."""
 

@@ -16,6 +16,7 @@ from station.commands.devices import devices
 from station.commands.doctor import doctor
 from station.commands.export import export
 from station.commands.groups import CommandGroups, with_verbosity
+from station.commands.layout import layout
 from station.commands.page import demo, merge, photos, restore, scan
 from station.commands.park import park
 from station.commands.patterns import patterns
@@ -73,7 +74,7 @@ def _planish(
 
 COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
     "Start here": {"demo": demo, "doctor": doctor},
-    "One page": {"scan": scan, "restore": restore, "photos": photos, "merge": merge, "ocr": ocr},
+    "One page": {"scan": scan, "restore": restore, "layout": layout, "photos": photos, "merge": merge, "ocr": ocr},
     "Volumes": {"capture": capture, "batch": batch, "watch": watch, "serve": serve, "export": export},
     "Preservation": {"verify": verify, "repair": repair, "reproduce": reproduce, "reindex": reindex},
     "Calibration": {

@@ -110,7 +110,7 @@ def not_there(what: str, name: str, shipped: Path) -> UsageError:
     meant = Path(f"{name}.toml")
     own = f"give the whole name, {meant}" if meant.is_file() else "give the path of a TOML file"
     named = ", ".join(sorted(path.stem for path in shipped.glob("*.toml")))
-    return UsageError(f"there is no {what} {name!r}", f"{own}, or one that comes along: {named}")
+    return UsageError(f"the {what} {name!r} does not exist", f"{own}, or a bundled one: {named}")
 
 
 def _resolve_file_names(path: Path, scanner: Any) -> None:

@@ -21,6 +21,7 @@ from drivers.scanner import LASER_MAY_BE_ON
 from station import interrupt
 
 UNEXPECTED, USAGE, DISK = 1, 2, 6
+SET_ASIDE = 7  # of a batch that has come to its end, with pages that could not be restored
 STANDARD_OUTPUT = "standard output"  # in place of a file's name
 SIGNAL_BASE = 128  # a shell reports a process that signal n has ended as 128 + n
 

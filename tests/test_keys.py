@@ -9,10 +9,10 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from bench.reference import PAGE, reference
 from drivers import CaptureSettings
 from oracles.constants import ROOT
 from oracles.keys import GENERIC, KEYS, OPEN, keys_of, type_of
+from oracles.reference import PAGE, reference
 from restore import Settings, SurfaceMesh, restore
 from station.config import StationConfig, TurntableSettings
 from station.session import Volume, create_session, decide, open_session, read_session

@@ -7,7 +7,7 @@ from random import Random
 
 import numpy as np
 
-from bench.foreign.page import Case, Part, draw_page
+from bench.foreign.page import Case, Part, draw_page, grid_triangles
 from restore.scan import Floats, Ints
 
 JITTERS = (0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.03, 0.1, 0.3, 1.0)  # of the mean edge
@@ -124,9 +124,54 @@ def _atlas(case: Case, rng: Random) -> tuple[list[Part], dict[str, np.ndarray]]:
     return [_together(parts)], {"page": sheet}
 
 
+def book(rng: Random) -> Case:
+    """A strip of the page below beyond the right edge of the page, which a single row of faces joins to it."""
+    case = draw_page(rng, columns=rng.randint(40, 90))
+    whole = case.parts[0]
+    number = np.arange(len(whole.uv)).reshape(len(np.unique(whole.uv[:, 1])), -1)
+    edge, inner = whole.vertices[number[:, -1]], whole.vertices[number[:, -2]]
+    out = (edge - inner) / np.linalg.norm(edge - inner, axis=1)[:, None]
+    down = np.cross(out, [0.0, 1.0, 0.0])
+    down *= -np.sign(down[:, 2:])  # the page is seen from above
+    step, reach = rng.uniform(1.5, 6.0), np.linspace(0.0, rng.uniform(3.0, 8.0), 4)
+    strip = edge[:, None] + step * down[:, None] + reach[None, :, None] * out[:, None]
+    numbers = len(whole.uv) + np.arange(strip.size // 3).reshape(strip.shape[:2])
+    uv = np.repeat(whole.uv[number[:, -1]], len(reach), axis=0) - [0.02, 0.0]
+    case.parts = [
+        Part(
+            np.vstack([whole.vertices, strip.reshape(-1, 3)]),
+            np.vstack([whole.uv, uv]),
+            np.concatenate([whole.faces, grid_triangles(np.hstack([number[:, -1:], numbers]))]),
+        )
+    ]
+    return case
+
+
+def doubled(rng: Random) -> Case:
+    """A segment of a CT volume with some of its rows or columns twice, in place of the next or besides it."""
+    case = draw_page(rng, columns=rng.randint(60, 120))
+    case.notes = {
+        "writer": "tifxyz",
+        "lines": rng.randint(1, 3),
+        "axis": rng.randrange(2),
+        "besides": rng.random() < 0.5,
+    }
+    return case
+
+
+def dialect(rng: Random) -> Case:
+    """A page in a file as another program spells it."""
+    case = draw_page(rng)
+    case.notes = {"dialect": True}
+    return case
+
+
 FAMILIES: dict[str, Callable[[Random], Case]] = {
     "tiles": tiles,
     "soup": soup,
     "orientation": orientation,
     "fins": fins,
+    "book": book,
+    "doubled lines": doubled,
+    "dialects": dialect,
 }

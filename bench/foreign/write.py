@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
@@ -9,6 +10,7 @@ from random import Random
 import numpy as np
 from PIL import Image
 
+from bench.foreign.dialects import DIALECTS
 from bench.foreign.page import Case, Part
 
 
@@ -70,6 +72,25 @@ def write_glb(case: Case, folder: Path, rng: Random) -> Path:
     return path
 
 
+def write_tifxyz(case: Case, folder: Path, rng: Random) -> Path:
+    """Write a segment in voxels of 10 µm, with the lines doubled that the case notes, and a scale that is wrong."""
+    part = case.parts[0]
+    rows = len(np.unique(part.uv[:, 1]))
+    points = part.vertices.reshape(rows, -1, 3)[::-1] * 100.0 + [1000.0, 1000.0, 20000.0]  # its rows run down
+    points = np.moveaxis(points, case.notes["axis"], 0)
+    for line in sorted(rng.sample(range(4, len(points) - 4, 4), case.notes["lines"]), reverse=True):
+        if case.notes["besides"]:
+            points = np.insert(points, line, points[line], axis=0)
+        else:
+            points[line] = points[line - 1]
+    points = np.moveaxis(points, 0, case.notes["axis"])
+    for axis, name in enumerate("xyz"):
+        Image.fromarray(points[..., axis].astype(np.float32)).save(folder / f"{name}.tif")
+    scale = 0.05 / rng.choice([1.0, 173.0])
+    (folder / "meta.json").write_text(json.dumps({"format": "tifxyz", "scale": [scale, scale]}))
+    return folder
+
+
 def _one(case: Case) -> Part:
     from bench.foreign.families import _together
 
@@ -77,3 +98,16 @@ def _one(case: Case) -> Part:
 
 
 WRITERS: dict[str, Callable[[Case, Path, Random], Path]] = {"obj": write_obj, "ply": write_ply, "glb": write_glb}
+"""Formats that are drawn."""
+
+
+def write(case: Case, folder: Path, rng: Random) -> tuple[str, Path]:
+    """Write a case in the format that its family needs or that is drawn, in a dialect if it is of that family."""
+    if "writer" in case.notes:
+        return case.notes["writer"], write_tifxyz(case, folder, rng)
+    kind = rng.choice(list(WRITERS))
+    path = WRITERS[kind](case, folder, rng)
+    if not case.notes.get("dialect"):
+        return kind, path
+    name = rng.choice(list(DIALECTS[kind]))
+    return f"{kind}, {name}", DIALECTS[kind][name](path, rng)

@@ -159,7 +159,7 @@ def _check_index(folder: Path, _acknowledged: int) -> str:
 def _batch(folder: Path, acknowledge: Acknowledge) -> None:
     """A batch whose page is restored by a stand-in, in this process."""
 
-    def submit(_work: object, task: SessionTask) -> Future[Any]:
+    def submit(_work: object, task: SessionTask, _above_mib: int = 0) -> Future[Any]:
         future: Future[Any] = Future()
         future.set_result(SessionDone(_restored(task.folder), 0.0, 0.0))
         return future

@@ -66,7 +66,7 @@ def build_command(wrapper: CommandWrapper) -> bytes:
 def parse_command(data: bytes) -> CommandWrapper:
     """Read a command wrapper. Raises TransportError for any other bytes (§6.2.1)."""
     if len(data) != COMMAND_LENGTH or data[:4] != COMMAND_SIGNATURE:
-        raise TransportError(f"these {len(data)} bytes are no command wrapper")
+        raise TransportError(f"these {len(data)} bytes are not a command wrapper")
     _, tag, length, flags, lun, cdb_length, cdb = COMMAND_LAYOUT.unpack(data)
     if not 1 <= cdb_length <= MAX_CDB_LENGTH:
         raise TransportError(f"a command block of {cdb_length} bytes")
@@ -81,6 +81,6 @@ def build_status(wrapper: StatusWrapper) -> bytes:
 def parse_status(data: bytes) -> StatusWrapper:
     """Read a status wrapper. Raises TransportError for any other bytes (§6.3.1)."""
     if len(data) != STATUS_LENGTH or data[:4] != STATUS_SIGNATURE:
-        raise TransportError(f"the bridge sent {len(data)} bytes that are no status", "try again")
+        raise TransportError(f"the bridge sent {len(data)} bytes that are not a status", "try again")
     _, tag, residue, status = STATUS_LAYOUT.unpack(data)
     return StatusWrapper(tag, residue, status)

@@ -47,7 +47,7 @@ def build_request(request: Request) -> bytes:
 def parse_request(body: bytes) -> Request:
     """Read a command from the body of a frame. Raises TransportError for any other bytes."""
     if len(body) < _COMMAND.size:
-        raise TransportError(f"a frame of {len(body)} bytes is no command")
+        raise TransportError(f"a frame of {len(body)} bytes is not a command")
     length, size = _COMMAND.unpack_from(body)
     rest = body[_COMMAND.size :]
     if not 1 <= size <= min(MAX_CDB_LENGTH, len(rest)) or length > MAX_DATA:
@@ -65,7 +65,7 @@ def build_reply(reply: Reply | TransportError) -> bytes:
 def parse_reply(body: bytes) -> Reply:
     """Read an answer from the body of a frame. Raises TransportError for any other bytes, and for a BROKEN answer."""
     if len(body) < _ANSWER.size:
-        raise TransportError(f"a frame of {len(body)} bytes is no answer")
+        raise TransportError(f"a frame of {len(body)} bytes is not an answer")
     status, size = _ANSWER.unpack_from(body)
     rest = body[_ANSWER.size :]
     if size > len(rest):

@@ -138,7 +138,7 @@ class Pipes:
         self._taken = True
         if self._bridge.multi_target:
             # A refusal is ignored, as in the kernel: the bridge then has one target.
-            with suppress(Stall), translated("cannot tell the bridge to take SCSI IDs"):
+            with suppress(Stall), translated("cannot set the SCSI IDs of the bridge"):
                 self._device.ctrl_transfer(
                     MULTI_TARGET_REQUEST_TYPE, MULTI_TARGET_REQUEST, 1, 0, MULTI_TARGET_ON, CONTROL_TIMEOUT_MS
                 )

@@ -156,7 +156,7 @@ def load_replay(path: Path) -> Replay:
     except OSError as error:
         raise TransportError(f"cannot read {path}: {error.strerror}", "check the path") from error
     except UnicodeDecodeError as error:
-        raise TransportError(f"{path} is no recording: {error.reason}", HINT) from error
+        raise TransportError(f"{path} is not a recording: {error.reason}", HINT) from error
 
 
 def _parsed(kind: type[Line], text: str, where: str) -> Line:

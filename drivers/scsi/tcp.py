@@ -62,7 +62,7 @@ class TcpDevice:
                 self._socket = socket.create_connection(self._address, timeout)
             except OSError as error:
                 where = ":".join(map(str, self._address))
-                raise TransportError(f"nobody listens at {where}: {error.strerror or error}", HINT) from error
+                raise TransportError(f"no server listens at {where}: {error.strerror or error}", HINT) from error
             self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.settimeout(timeout)
         return self._socket

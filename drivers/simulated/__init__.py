@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from drivers.simulated.imaging.shot import Truth, shoot
 from drivers.simulated.scanner import Rig, connect, connect_turntable, open_link, rig
-from drivers.simulated.scene.artwork import Chart, Figure, Markers, Text, White
+from drivers.simulated.scene.artwork import Chart, Facing, Figure, Leather, Markers, Text, White
 from drivers.simulated.scene.scene import Pose
-from drivers.simulated.scene.sheets import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Spread, Wave
+from drivers.simulated.scene.sheets import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Opening, Spread, Wave
 
 __all__ = [
     "Binding",
@@ -18,11 +18,14 @@ __all__ = [
     "Cone",
     "Crumpled",
     "Curl",
+    "Facing",
     "Figure",
     "Flat",
+    "Leather",
     "Markers",
     "Miura",
     "MultiFold",
+    "Opening",
     "Pose",
     "Rig",
     "Spread",

@@ -17,7 +17,7 @@ def main() -> int:
     """Serve until Ctrl-C."""
     parser = argparse.ArgumentParser(prog="python -m drivers.simulated", description=__doc__)
     parser.add_argument("config", type=Path, help="the station's configuration (TOML), driver = simulated")
-    parser.add_argument("--port", type=int, default=0, help="port to listen at; any free one unless told")
+    parser.add_argument("--port", type=int, default=0, help="port to listen on; by default any free one")
     arguments = parser.parse_args()
     try:
         config = read_toml(arguments.config)

@@ -93,7 +93,7 @@ def _named(table: Mapping[str, type[Part]], spec: str | dict[str, Any], where: s
     parameters = {"name": spec} if isinstance(spec, str) else dict(spec)
     name = str(parameters.pop("name", ""))
     if name not in table:
-        raise SettingsError(f"{where}: there is no {name!r}", f"use one of: {', '.join(sorted(table))}")
+        raise SettingsError(f"{where}: {name!r} is not known", f"use one of: {', '.join(sorted(table))}")
     kind: Any = table[name]
     try:
         part: Part = kind(**parameters)

@@ -19,7 +19,7 @@ WRITE_TIMEOUT_S = 1.0  # the longest string takes 50 ms; with RTS/CTS a controll
 def controller_named(model: str, *, relative: bool = False) -> Controller:
     """The row of the table. Raises SettingsError that lists the models, or when this one cannot be relative."""
     if model not in CONTROLLERS:
-        raise SettingsError(f"there is no stage controller {model!r}", f"use one of: {', '.join(CONTROLLERS)}")
+        raise SettingsError(f"the stage controller {model!r} does not exist", f"use one of: {', '.join(CONTROLLERS)}")
     if relative and not CONTROLLERS[model].ambiguous:
         raise SettingsError(f"the controller {model} counts from home", "leave `relative` out of [turntable]")
     return CONTROLLERS[model]

@@ -29,7 +29,7 @@ def read_transfers(path: Path) -> Iterator[Transfer]:
             hint = f"convert it: editcap -F pcapng {path} {path.with_suffix('.pcapng')}"
             raise CaptureError(f"{path} is a pcap file of the old kind", hint)
         if content[:4] != PCAPNG_START:
-            raise CaptureError(f"{path} is no pcapng file", "save the capture as pcapng, Wireshark's own format")
+            raise CaptureError(f"{path} is not a pcapng file", "save the capture as pcapng, Wireshark's own format")
         yield from _usb_only(path, content)
 
 
@@ -38,7 +38,7 @@ def _mapped(path: Path) -> Iterator[mmap.mmap]:
     """The file as memory: reading beyond its end returns what is there, for any length that a damaged file claims."""
     try:
         if not path.is_file():
-            raise CaptureError(f"cannot read {path}: it is no file", "check the path")
+            raise CaptureError(f"cannot read {path}: it is not a file", "check the path")
         with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
             yield content
     except OSError as error:

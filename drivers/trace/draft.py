@@ -61,10 +61,10 @@ def draft_profile(exchanges: Sequence[Exchange], *, name: str) -> str:
 def _opening(exchanges: Sequence[Exchange], name: str) -> Iterator[str]:
     yield "# A DRAFT from a capture of the vendor's program. The lengths and bytes were seen, the roles are guesses."
     yield "# Replace every ? by what you find out; `planish query` reads blocks with what there is, and says what is"
-    yield "# missing. What your scanner does not have is left out: `planish query` says what that means."
+    yield "# missing. What your scanner does not have is skipped: `planish query` says what that means."
     yield f"\nname = {_quoted(name)}"
     yield 'about = "drafted from a capture, not verified"'
-    yield "trusted = false  # true lets the driver write and shoot: only when you know what every command does"
+    yield "trusted = false  # true lets the driver write and capture: only when you know what every command does"
     yield f"chunk_bytes = {max(512, *(exchange.asked for exchange in exchanges))}  # the most in one command"
     yield "\n[firmware]"
     identities = list(dict.fromkeys(_identities(exchanges)))

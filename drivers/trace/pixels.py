@@ -105,7 +105,7 @@ def colour_packing(kind: Group) -> Packing | None:
             rough.append((float(np.sum(differences)), {"layout": layout, "channels": names}))
     least, table = min(rough, key=lambda found: found[0])
     return Packing(
-        table, f"neighbouring pixels differ by {least / 6:.1f} of 255; which channel is which cannot be told"
+        table, f"neighbouring pixels differ by {least / 6:.1f} of 255; the order of the channels cannot be determined"
     )
 
 

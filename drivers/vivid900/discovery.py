@@ -231,5 +231,5 @@ def rescan(host: Host) -> int:
             card.write_text(RESCAN)
         except OSError as error:
             hint = f"let the administrator do it: echo '{RESCAN}' | sudo tee {card}"
-            raise TransportError(f"cannot search the SCSI bus anew: {error.strerror}", hint) from error
+            raise TransportError(f"cannot search the SCSI bus again: {error.strerror}", hint) from error
     return len(cards)

@@ -79,7 +79,7 @@ _BY_CODE: dict[tuple[Key, int, int], tuple[type[ScannerError], str, str]] = {
                                   "seconds, switch it on; if it comes back, it needs service"),
     (Key.ILLEGAL_REQUEST, 0x20, 0x00): (CommandRefused, "the scanner does not know the command", ""),
     (Key.ILLEGAL_REQUEST, 0x24, 0x00): (CommandRefused, "the scanner does not take a field of the command", ""),
-    (Key.ILLEGAL_REQUEST, 0x25, 0x00): (CommandRefused, "there is no such logical unit", "check the target number"),
+    (Key.ILLEGAL_REQUEST, 0x25, 0x00): (CommandRefused, "the logical unit does not exist", "check the target number"),
     (Key.ILLEGAL_REQUEST, 0x26, 0x00): (CommandRefused, "the scanner does not take one of the parameters", ""),
     (Key.ILLEGAL_REQUEST, 0x2C, 0x00): (Interrupted, "the scanner has forgotten the shot it was asked for", SCAN_AGAIN),
     (Key.UNIT_ATTENTION, 0x28, 0x00): (Interrupted, "something was changed at the scanner", SCAN_AGAIN),

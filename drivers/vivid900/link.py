@@ -144,7 +144,7 @@ class Link:
         elif reply.status == RESERVATION_CONFLICT:
             raise DeviceError("another computer holds the scanner", "close the program that uses it there")
         elif reply.status != GOOD:
-            raise BadReply(f"status {reply.status:02X}h is none that {command.name} can have")
+            raise BadReply(f"status {reply.status:02X}h is not a status of {command.name}")
         if len(reply.data) != command.data_in_length:
             raise BadReply(f"{command.name}: {len(reply.data)} bytes came of {command.data_in_length}")
         return reply.data

@@ -44,7 +44,7 @@ def _answers(link: Link, profile: Profile) -> Iterator[Answer]:
     if "status" in profile.commands:
         yield _answer(link, commands.status(profile), profile.blocks.status, tables)
     else:
-        yield Answer("status", problem=f"no command for it; TEST UNIT READY tells: {link.readiness()}")
+        yield Answer("status", problem=f"no command for it; TEST UNIT READY reports: {link.readiness()}")
     if "read_parameters" in profile.commands:
         yield _answer(link, commands.read_parameters(profile), profile.blocks.parameters, tables)
     else:

@@ -77,7 +77,7 @@ def flatten_points(mesh: SurfaceMesh, method: str = DEFAULT, *, on_step: OnStep 
 
 def _flattenable(mesh: SurfaceMesh, method: str) -> ValidMesh:
     if method not in METHODS:
-        raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
+        raise BadInput(f"the flattening method {method!r} does not exist", f"use one of: {', '.join(METHODS)}")
     mesh = validated(mesh)
     refuse_unflattenable(mesh.vertices, mesh.topology)
     return mesh

@@ -24,7 +24,7 @@ from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
 from restore.formats.texture_map import with_oriented_map
 from restore.formats.tifxyz import is_tifxyz, read_tifxyz
-from restore.formats.unit import AUTO, check_unit, in_millimetres
+from restore.formats.unit import AUTO, check_unit, in_millimetres, rescale_mesh
 from restore.formats.vcps import read_vcps
 from restore.formats.vertex_colours import with_picture
 from restore.formats.vrml import read_vrml, write_vrml
@@ -46,6 +46,7 @@ __all__ = [
     "read_bytes",
     "read_image",
     "referenced_files",
+    "rescale_mesh",
     "save_scan",
     "scan_stem",
 ]
@@ -104,7 +105,7 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
         if is_tifxyz(path):
             return in_millimetres(path, read_tifxyz(path, given_picture), unit)
         if given_picture is not None:
-            raise BadInput(f"{path}: a scan folder has its own picture", "leave --texture out")
+            raise BadInput(f"{path}: a scan folder has its own image", "leave --texture out")
         return _in_its_unit(path, read_captures(path) if is_captures(path) else read_folder(path), unit)
     scan = _reader(path)(path, given_picture)
     if isinstance(scan, SurfaceMesh):
@@ -114,7 +115,7 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
         scan = _in_its_unit(path, scan, unit)
     if given_picture is not None and scan.texture is None:
         raise BadInput(
-            f"{path} does not say where the picture {texture} lies on it",
+            f"{path} does not say where the image {texture} lies on it",
             "export it with texture coordinates, or unmoved in the frame of the scanner",
         )
     return scan

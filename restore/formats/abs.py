@@ -103,7 +103,7 @@ def _header(path: Path, text: bytes) -> tuple[int, int, int]:
     """Rows, columns, and offset of the numbers. Writers differ in blanks and in the rest of the header lines."""
     match = _HEADER.match(text, 0, MAX_HEADER_BYTES)
     if match is None:
-        raise BadInput(f"{path} is no range image: it must begin with rows, columns and pixels", DAMAGED)
+        raise BadInput(f"{path} is not a range image: it must begin with rows, columns and pixels", DAMAGED)
     rows, cols = int(match[1]), int(match[2])
     check_grid(path, rows, cols)
     return rows, cols, match.end()

@@ -43,9 +43,9 @@ def read_rig(path: Path, projector: Projector | None = None) -> Rig:
         raise BadInput(f"{path} has no {', '.join(missing)}", RECALIBRATE)
     camera_matrix, camera_distortion, lamp_matrix, lamp_distortion, rotation, shift = (fields[name] for name in names)
     if rotation.size != 9 or np.abs(rotation.reshape(3, 3) @ rotation.reshape(3, 3).T - np.eye(3)).max() > ORTHONORMAL:
-        raise BadInput(f"{path}: {names[4]} is no rotation (3 × 3)", RECALIBRATE)
+        raise BadInput(f"{path}: {names[4]} is not a rotation (3 × 3)", RECALIBRATE)
     if shift.size != 3 or not np.any(shift):
-        raise BadInput(f"{path}: {names[5]} is no translation of three numbers", RECALIBRATE)
+        raise BadInput(f"{path}: {names[5]} is not a translation of three numbers", RECALIBRATE)
     return Rig(
         _lens(path, names[0], camera_matrix, camera_distortion),
         _lens(path, names[2], lamp_matrix, lamp_distortion),
@@ -59,9 +59,9 @@ def read_rig(path: Path, projector: Projector | None = None) -> Rig:
 def _lens(path: Path, name: str, matrix: Floats, distortion: Floats) -> Lens:
     is_camera = matrix.size == 9 and matrix[0] > 0 and matrix[4] > 0 and not np.any(matrix[[1, 3, 6, 7]])
     if not is_camera or matrix[8] != 1:
-        raise BadInput(f"{path}: {name} is no camera matrix [fx 0 cx; 0 fy cy; 0 0 1]", RECALIBRATE)
+        raise BadInput(f"{path}: {name} is not a camera matrix [fx 0 cx; 0 fy cy; 0 0 1]", RECALIBRATE)
     if distortion.size not in DISTORTIONS:
-        raise BadInput(f"{path}: {distortion.size} coefficients of distortion beside {name}", RECALIBRATE)
+        raise BadInput(f"{path}: {distortion.size} coefficients of distortion next to {name}", RECALIBRATE)
     return Lens(matrix.reshape(3, 3), distortion)
 
 
@@ -69,8 +69,8 @@ def _projector(path: Path, fields: dict[str, Floats]) -> Projector:
     size = _size(path, PROJECTOR_SIZE, fields)
     if size is None:
         raise BadInput(
-            f"{path} does not tell the resolution of the projector",
-            f"put the patterns.json of `planish patterns` beside it, or add {PROJECTOR_SIZE}: [width, height]",
+            f"{path} does not say the resolution of the projector",
+            f"put the patterns.json of `planish patterns` next to it, or add {PROJECTOR_SIZE}: [width, height]",
         )
     return Projector(*size)
 
@@ -80,7 +80,7 @@ def _size(path: Path, name: str, fields: dict[str, Floats]) -> tuple[int, int] |
         return None
     size = fields[name]
     if size.size != 2 or not (size >= 1).all() or (size != np.rint(size)).any():
-        raise BadInput(f"{path}: {name} is no width and height", "write it as [width, height], in pixels")
+        raise BadInput(f"{path}: {name} is not a width and height", "write it as [width, height], in pixels")
     return int(size[0]), int(size[1])
 
 

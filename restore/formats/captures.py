@@ -45,9 +45,9 @@ def read_captures(folder: Path) -> RangeScan:
     paths = sorted((path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES), key=_in_order)
     if len(paths) != rig.projector.count:  # before any is read: they may be gigabytes
         raise BadInput(
-            f"{folder} holds {len(paths)} pictures, the patterns of a projector of {rig.projector.width} × "
+            f"{folder} holds {len(paths)} images, the patterns of a projector of {rig.projector.width} × "
             f"{rig.projector.height} pixels are {rig.projector.count}",
-            "put the picture of every pattern there, white and black at the end, and no other",
+            "put the image of every pattern there, white and black at the end, and no other",
         )
     greys, white = _pictures(paths)
     return scan_captures(greys, white, rig)
@@ -59,7 +59,7 @@ def _projector(path: Path) -> Projector | None:
     try:
         return Projector(*PatternIndex.model_validate_json(read_bytes(path, MAX_INDEX_BYTES)).projector)
     except ValidationError as error:
-        raise BadInput(f"{path} does not tell the resolution of a projector", DAMAGED) from error
+        raise BadInput(f"{path} does not say the resolution of a projector", DAMAGED) from error
 
 
 def _in_order(path: Path) -> list[tuple[int, str]]:

@@ -1,4 +1,4 @@
-"""Rows and columns that a segment has twice: one written over the next is filled in, one too many is left out."""
+"""Rows and columns that a segment has twice: one written over the next is filled in, one too many is skipped."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ NAMES = ("rows", "columns")
 
 def _doubled(axis: int, filled: int, left_out: int) -> Finding:
     """What is to be reported of lines along an axis that were there twice."""
-    done = [f"{filled} filled in from beside them"] if filled else []
-    done += [f"{left_out} left out"] if left_out else []
+    done = [f"{filled} interpolated"] if filled else []
+    done += [f"{left_out} skipped"] if left_out else []
     return Finding.of("lines_doubled", lines=NAMES[axis], done=", ".join(done))
 
 

@@ -117,15 +117,15 @@ def _check_arrays(scan: RangeScan) -> None:
     points, places, picture = scan.points, scan.texture_xy, scan.texture
     arrays = (points, places) if picture is None else (points, places, picture)
     if not all(isinstance(array, np.ndarray) for array in arrays):
-        raise BadInput("the scan's points, texture_xy or texture are no arrays", ARRAYS)
+        raise BadInput("the scan's points, texture_xy or texture are not arrays", ARRAYS)
     if points.ndim != 3 or places.ndim != 3 or (points.shape[2], places.shape[2]) != (3, 2):
-        raise BadInput(f"points {points.shape} and texture_xy {places.shape} are no range grid", ARRAYS)
+        raise BadInput(f"points {points.shape} and texture_xy {places.shape} are not a range grid", ARRAYS)
     if points.dtype.kind != "f" or places.dtype.kind != "f":
         raise BadInput(f"points of {points.dtype} and texture_xy of {places.dtype} are not of floats", ARRAYS)
     check_grid(Path(POINTS), *points.shape[:2])
     _check_positions(Path(POINTS), points, places, ARRAYS)
     if picture is not None and (picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3):
-        raise BadInput(f"a colour image {picture.shape} of {picture.dtype} is no (h, w, 3) of uint8", ARRAYS)
+        raise BadInput(f"a colour image {picture.shape} of {picture.dtype} is not (h, w, 3) of uint8", ARRAYS)
     if picture is not None and picture.size == 0:
         raise BadInput(f"a colour image {picture.shape} has no pixels", ARRAYS)
 
@@ -154,7 +154,7 @@ def read_folder(folder: Path) -> RangeScan:
 
 def _index(folder: Path) -> Index:
     if not is_file(folder / INDEX):
-        raise BadInput(f"{folder} is no scan folder: it has no {INDEX}", "give a scan file or a saved scan")
+        raise BadInput(f"{folder} is not a scan folder: it has no {INDEX}", "give a scan file or a saved scan")
     try:
         return Index.model_validate_json(read_bytes(folder / INDEX, MAX_INDEX_BYTES))
     except ValidationError as error:

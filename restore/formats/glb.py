@@ -91,7 +91,7 @@ def _all_chunks(path: Path, data: bytes) -> list[tuple[bytes, bytes]]:
     if (magic, version) == (MAGIC, VERSION) and length > len(data):
         raise BadInput(f"{path} seems cut short: it has {len(data)} of {length} bytes", CUT_SHORT)
     if (magic, version, length) != (MAGIC, VERSION, len(data)):
-        raise BadInput(f"{path} is no whole glTF 2 binary file", DAMAGED)
+        raise BadInput(f"{path} is not a whole glTF 2 binary file", DAMAGED)
     chunks, at = [], 12
     while at + 8 <= len(data):
         length, kind = struct.unpack_from("<I4s", data, at)
@@ -153,12 +153,12 @@ def _pictures(path: Path, layout: Layout, binary: bytes, used: Ints) -> dict[int
             view = None if source is None else layout.images[source].view
             place = None if view is None else layout.views[view]
         except IndexError as error:
-            raise BadInput(f"{path}: a material uses a picture that is not there", DAMAGED) from error
+            raise BadInput(f"{path}: a material uses an image that is not there", DAMAGED) from error
         if source is None or place is None:
-            raise BadInput(f"{path} does not hold its picture", MISSING)
+            raise BadInput(f"{path} does not hold its image", MISSING)
         if source not in images:
             data = binary[place.start : place.start + place.length]
-            images[source] = decode_picture(data, f"{path}: the picture inside")
+            images[source] = decode_picture(data, f"{path}: the image inside")
         found[int(material)] = images[source]
     return found
 

@@ -29,8 +29,8 @@ def samples_in_picture(path: Path, rows: int, cols: int, texture: Bytes | None) 
     height, width = (rows, cols) if texture is None else texture.shape[:2]
     if abs(width * rows / (height * cols) - 1.0) > ASPECT_TOLERANCE:
         raise BadInput(
-            f"{path}: the picture of {width} × {height} pixels does not fit a range grid of {cols} × {rows} samples",
-            "give the picture of the same shot with planish restore --texture",
+            f"{path}: the image of {width} × {height} pixels does not fit a range grid of {cols} × {rows} samples",
+            "give the image of the same capture with planish restore --texture",
         )
     x = (np.arange(cols) + 0.5) * (width / cols) - 0.5
     y = (np.arange(rows) + 0.5) * (height / rows) - 0.5

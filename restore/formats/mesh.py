@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from restore.errors import BadInput
 from restore.findings import Finding
 from restore.formats.picture import adjacent_picture
-from restore.formats.source import DAMAGED, MAX_SAMPLES, ONE_SHOT
+from restore.formats.source import DAMAGED, MAX_SAMPLES, NO_FACES, ONE_SHOT
 from restore.formats.tiles import in_first_tile
 from restore.mesh.adjacency import used_vertices
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
@@ -69,7 +69,7 @@ def checked_mesh(
         corners = corners[~collapsed]
     used = used_vertices(corners, len(points))
     if not used.any():
-        raise BadInput(f"{path} holds no surface: it has no triangle", "export the scan with its faces")
+        raise BadInput(f"{path} holds no surface: it has no triangle", NO_FACES)
     if not used.all():
         corners = (np.cumsum(used) - 1)[corners]
         points, uv, colours = points[used], None if uv is None else uv[used], None if colours is None else colours[used]
@@ -151,7 +151,7 @@ def _texcoords(path: Path, uv: NDArray[np.floating], texture: Bytes, vertices: F
     if bad.any():
         first = int(np.argmax(bad))
         (u, v), (x, y, z) = coordinates[first], vertices[first]
-        what = "lies far outside the picture" if np.isfinite((u, v)).all() else "is no number"
+        what = "lies far outside the image" if np.isfinite((u, v)).all() else "is not a number"
         raise BadInput(
             f"{path}: the texture coordinate ({u:g}, {v:g}) of the vertex at ({x:g}, {y:g}, {z:g}) mm {what}", DAMAGED
         )

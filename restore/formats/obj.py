@@ -162,7 +162,7 @@ def _pictures(path: Path, data: bytes, text: ObjText) -> tuple[list[Bytes], Ints
     if len(pictures) < 2:
         return pictures, one, found
     if not used:
-        raise BadInput(f"{path} has {len(pictures)} pictures, and no face names one", ONE_SHOT)
+        raise BadInput(f"{path} has {len(pictures)} images, and no face names one", ONE_SHOT)
     of_polygons = _picture_of_polygons(data, {name: distinct.index(file) for name, file in files.items()})
     return pictures, np.repeat(of_polygons, np.maximum(text.sizes - 2, 0)), found
 
@@ -217,7 +217,7 @@ def _check_options(path: Path, value: bytes) -> None:
         numbers = [float(word) for word in takewhile(_NUMBER.fullmatch, behind[:2])]  # the third is for depth
         if any(number != neutral for number in numbers):
             text = b" ".join([option, *behind[:2]]).decode("latin-1")
-            raise BadInput(f"{path}: the option {text} moves its picture", "apply it to the coordinates in an editor")
+            raise BadInput(f"{path}: the option {text} moves its image", "apply it to the coordinates in an editor")
 
 
 def file_name(value: bytes) -> str:
@@ -249,5 +249,5 @@ def _picture_file(path: Path, name: str, folder: str) -> Path:
     places = (find_reference(path, place) for place in (name, f"{folder}/{name}"))
     file = next((place for place in places if place is not None), None)
     if file is None:
-        raise BadInput(f"{path}: its picture {name!r} is missing", MISSING)
+        raise BadInput(f"{path}: its image {name!r} is missing", MISSING)
     return file.resolve()

@@ -27,7 +27,7 @@ def pack(path: Path, pictures: Sequence[Bytes], uv: Floats, picture_of: Ints, fa
     rows = ceil(len(pictures) / cols)
     height, width = (max(picture.shape[axis] for picture in pictures) + 2 * MARGIN for axis in (0, 1))
     if len(pictures) > MAX_PICTURES or rows * height * cols * width > MAX_PIXELS:
-        raise BadInput(f"{path} has {len(pictures)} pictures with too many pixels in all", "scale them down")
+        raise BadInput(f"{path} has {len(pictures)} images with too many pixels in all", "scale them down")
     sheet = np.full((rows * height, cols * width, 3), 128, np.uint8)
     moved = np.array(uv, np.float64)
     for k, picture in enumerate(pictures):

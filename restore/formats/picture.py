@@ -54,7 +54,7 @@ def decode_picture(data: bytes, name: str) -> Bytes:
             if "truncated" in str(error).lower():
                 raise BadInput(f"{name} seems cut short: it does not hold all its pixels", CUT_SHORT) from error
             reason = "its kind is not known" if isinstance(error, UnidentifiedImageError) else error
-            raise BadInput(f"{name} is no readable picture: {reason}", f"use one of {', '.join(KINDS)}") from error
+            raise BadInput(f"{name} is not a readable image: {reason}", f"use one of {', '.join(KINDS)}") from error
 
 
 def check_size(width: int, height: int, size: int, name: str) -> None:

@@ -203,12 +203,12 @@ def _pictures(path: Path, comments: tuple[bytes, ...]) -> list[Bytes]:
     texture_files = (comment.partition(b" ") for comment in comments)
     names = [file_name(name.strip()) for key, _, name in texture_files if key.lower() == PICTURE]
     if len(names) > MAX_PICTURES:
-        raise BadInput(f"{path} names {len(names)} pictures, a scan has one or some", ONE_SHOT)
+        raise BadInput(f"{path} names {len(names)} images, a scan has one or some", ONE_SHOT)
     found = []
     for name in names:
         file = find_reference(path, own_name(path, name))
         if file is None:
-            raise BadInput(f"{path}: its picture {name!r} is missing", MISSING)
+            raise BadInput(f"{path}: its image {name!r} is missing", MISSING)
         found.append(read_image(file))
     return found
 

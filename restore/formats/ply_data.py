@@ -141,7 +141,7 @@ def _add_property(path: Path, elements: list[Element], words: list[bytes], order
         raise BadInput(f"{path}: its header has a property {b' '.join(words)[:40]!r}, which cannot be", DAMAGED)
     *length, kind = (f"{order or '<'}{kind}" for kind in kinds)
     if length and length[0][1] == "f":
-        raise BadInput(f"{path}: the length of a list is no whole number", DAMAGED)
+        raise BadInput(f"{path}: the length of a list is not a whole number", DAMAGED)
     name = words[-1].decode("ascii", "replace")
     elements[-1].properties.append(Property(name, kind, length[0] if length else None))
 

@@ -22,7 +22,7 @@ SMALLER = "export the segment with fewer points, or a part of it"
 def check_segment(path: Path, rows: int, cols: int) -> None:
     """Raise BadInput for a grid of less than two rows or columns, or of more points than MAX_SEGMENT_POINTS."""
     if rows < 2 or cols < 2:
-        raise BadInput(f"{path}: a grid of {rows} rows and {cols} columns is no surface", "export the whole segment")
+        raise BadInput(f"{path}: a grid of {rows} rows and {cols} columns is not a surface", "export the whole segment")
     if rows * cols > MAX_SEGMENT_POINTS:
         raise BadInput(f"{path} has {rows} × {cols} points, more than {MAX_SEGMENT_POINTS}", SMALLER)
 

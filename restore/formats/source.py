@@ -17,9 +17,11 @@ from restore.runtime.arguments import checks_types
 from restore.scan import Floats
 
 # Remedies.
-ONE_SHOT = "export one shot of the scanner"
+ONE_SHOT = "export one capture of the scanner, or a mesh of one page with fewer faces"
+NO_FACES = "export the surface with its faces: a point cloud has to be meshed first"
+BESIDE = "put the file next to the scan, or export the scan into a single file"
 UNREADABLE = "check the file's permissions and its disk"
-MISSING = "put the file beside the scan, or give the picture with planish restore --texture"
+MISSING = "put the file next to the scan, or give the image with planish restore --texture"
 DAMAGED = "the file is damaged: export or copy it again"
 CUT_SHORT = "copy or export the file again, and compare its size with the original's"
 
@@ -41,7 +43,7 @@ def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:
         if error.errno == errno.EFBIG:
             raise BadInput(f"{path} is larger than {limit} bytes", ONE_SHOT) from error
         if error.errno in (errno.EISDIR, errno.EINVAL, errno.ENXIO):
-            raise BadInput(f"{path} is no regular file", "give the file itself") from error
+            raise BadInput(f"{path} is not a regular file", "give the file itself") from error
         raise BadInput(
             f"{path} cannot be read: {error.strerror}", "check the file's permissions and its disk"
         ) from error
@@ -163,7 +165,7 @@ def parse_numbers(text: bytes, path: Path, what: str) -> Floats:
     except (ValueError, DeprecationWarning) as error:
         words = (match[0] for match in _WORD.finditer(text))  # one by one: as a list they take twenty times the file
         word = next((word for word in words if not _is_number(word)), b"")
-        raise BadInput(f"{path}: {what} holds {word[:40]!r}, which is no number", DAMAGED) from error
+        raise BadInput(f"{path}: {what} holds {word[:40]!r}, which is not a number", DAMAGED) from error
 
 
 def parse_integers(text: bytes, path: Path, what: str) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

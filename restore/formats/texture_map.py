@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import sqrt
+from typing import NamedTuple
 
-import cv2
 import numpy as np
 from scipy.ndimage import map_coordinates
 
@@ -15,12 +16,13 @@ from restore.mesh.places import SAME_PIXELS, first_at_place
 from restore.numerics.limits import TINY
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh, with_findings
 
-INSIDE_PX = 2.0  # from its border: what lies in a chart and not in the padding round it
+INSETS_PX = (0.0, 1.0, 2.0)  # from the border of a chart: some atlases pad it, others leave half a pixel of it
 MIN_SEAM = 30  # pairs of vertices across seams that tell anything
-ALIKE = 0.5  # correlation of the colours on both sides of the seams that meet
-BETTER = 0.5  # of what they lack to a full correlation may be left
-CERTAIN = 4.0  # standard errors of a correlation by chance
-AXES = {1: "v of the texture coordinates runs down the picture", 0: "u of the texture coordinates runs to the left"}
+ALIKE = 0.5  # of the difference of any two colours there, those that meet lack at least as much
+BETTER = 0.5  # of the difference before may be left
+SHIFTS = 8  # of one side along the other, by which chance is estimated
+CERTAIN = 4.0  # standard errors of an average by chance
+AXES = {1: "v of the texture coordinates runs down the image", 0: "u of the texture coordinates runs to the left"}
 
 
 def with_oriented_map(mesh: SurfaceMesh) -> SurfaceMesh:
@@ -52,26 +54,54 @@ def _axis_to_turn(mesh: SurfaceMesh, texture: Bytes, texcoords: Floats) -> int |
     if apart.sum() < MIN_SEAM:
         return None
     one, other = np.flatnonzero(apart), place[apart]
-    inner = _moved_inside(mesh.faces, texcoords, apart | np.isin(np.arange(len(place)), other))
-    smooth = cv2.blur(texture, (3, 3)).astype(np.float64)
-    before, least = _alikeness(smooth, inner, one, other), max(ALIKE, CERTAIN / sqrt(len(one)))
-    after = {axis: _alikeness(smooth, _turned_over(inner, texture, axis), one, other) for axis in AXES}
-    best = max(after, key=after.__getitem__)
-    return best if after[best] > least and 1.0 - after[best] < BETTER * (1.0 - before) else None
+    moved = apart | np.isin(np.arange(len(place)), other)
+    inner = [_moved_inside(mesh.faces, texcoords, moved, inset) for inset in INSETS_PX]
+    before, least = _seams(texture, inner, one, other), max(ALIKE, CERTAIN / sqrt(len(one)))
+    after = {
+        axis: _seams(texture, [_turned_over(places, texture, axis) for places in inner], one, other) for axis in AXES
+    }
+    best = max(after, key=lambda axis: after[axis].alikeness)
+    meet = after[best].alikeness > least and after[best].difference < BETTER * before.difference
+    return best if meet else None
 
 
-def _alikeness(picture: Floats, texcoords: Floats, one: Ints, other: Ints) -> float:
-    """The correlation of the colours of vertices one (k,) with those of other (k,); 0 where either are all alike."""
+class _Seams(NamedTuple):
+    """How the colours on both sides of seams meet.
+
+    difference  mean of channels, 0 to 255.
+    alikeness   by how much less they differ than any two colours there: 1 for not at all, 0 where all are the same.
+    """
+
+    difference: float
+    alikeness: float
+
+
+def _seams(picture: Bytes, inner: Sequence[Floats], one: Ints, other: Ints) -> _Seams:
+    """How the colours of vertices one (k,) meet those of other (k,).
+
+    inner: texture coordinates (n, 2) at each inset; the pairs are compared at the inset where they are most alike. The
+    alikeness is a correlation of absolute differences: some letters on white paper decide a correlation of squares,
+    where a seam runs through them a pixel off.
+    """
+    channels = np.moveaxis(picture, 2, 0)
     here, there = (
-        np.stack([map_coordinates(channel, texcoords[side, ::-1].T, order=1) for channel in np.moveaxis(picture, 2, 0)])
+        np.stack([[map_coordinates(one_of, at[side, ::-1].T, order=1) for one_of in channels] for at in inner])
         for side in (one, other)
     )
-    here, there = (colours - colours.mean(axis=1, keepdims=True) for colours in (here, there))
-    return float((here * there).sum() / max(sqrt(float((here**2).sum() * (there**2).sum())), TINY))
+    here, there = here.astype(np.float64), there.astype(np.float64)  # (insets, 3, k)
+
+    def apart(shift: int) -> float:
+        return float(np.abs(here - np.roll(there, shift, axis=2)).mean(axis=1).min(axis=0).mean())
+
+    by_chance = np.mean([apart(len(one) * k // SHIFTS) for k in range(1, SHIFTS)])
+    return _Seams(apart(0), float(1.0 - apart(0) / by_chance) if by_chance > TINY else 0.0)
 
 
-def _moved_inside(faces: Ints, texcoords: Floats, chosen: Mask) -> Floats:
-    """Texture coordinates (n, 2), the chosen (n,) moved into their charts, towards the middle of their faces (m, 3)."""
+def _moved_inside(faces: Ints, texcoords: Floats, chosen: Mask, inset: float) -> Floats:
+    """Texture coordinates (n, 2), the chosen (n,) moved into their charts, towards the middle of their faces (m, 3).
+
+    inset: pixels, at most half of the way.
+    """
     middles, count = np.zeros_like(texcoords), np.zeros(len(texcoords))
     of_faces = texcoords[faces].mean(axis=1)
     for corner in faces.T:
@@ -79,5 +109,5 @@ def _moved_inside(faces: Ints, texcoords: Floats, chosen: Mask) -> Floats:
         np.add.at(count, corner, 1.0)
     way = middles / np.maximum(count, 1.0)[:, None] - texcoords
     length = np.linalg.norm(way, axis=1)
-    step = np.minimum(INSIDE_PX / np.maximum(length, INSIDE_PX), 0.5)
+    step = np.minimum(inset / np.maximum(length, 1.0), 0.5)
     return np.asarray(texcoords + np.where(chosen, step, 0.0)[:, None] * way)

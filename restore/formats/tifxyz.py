@@ -60,7 +60,7 @@ def read_tifxyz(folder: Path, texture: Bytes | None = None) -> GridMesh:
     axes = [_numbers(folder / name) for name in AXES]
     if len({axis.shape for axis in axes}) > 1:
         sizes = ", ".join(f"{axis.shape[1]} × {axis.shape[0]}" for axis in axes)
-        raise BadInput(f"{folder}: its coordinates are pictures of different sizes: {sizes}", DAMAGED)
+        raise BadInput(f"{folder}: its coordinates are images of different sizes: {sizes}", DAMAGED)
     valid = axes[2] > 0.0
     if is_file(folder / MASK):
         valid &= _kept(folder / MASK, valid.shape)
@@ -118,5 +118,5 @@ def _unreadable(path: Path, error: Exception) -> BadInput:
     if "truncated" in str(error).lower():
         return BadInput(f"{path} seems cut short: it does not hold all its pixels", CUT_SHORT)
     if isinstance(error, UnidentifiedImageError):  # its text is the address of an object
-        return BadInput(f"{path} is no TIFF, or has pixels of double precision", "export it in single precision")
-    return BadInput(f"{path} is no readable picture: {error}", DAMAGED)
+        return BadInput(f"{path} is not a TIFF, or has pixels of double precision", "export it in single precision")
+    return BadInput(f"{path} is not a readable image: {error}", DAMAGED)

@@ -39,7 +39,7 @@ def in_first_tile(path: Path, uv: Floats, faces: Ints) -> Floats:
         (u0, v0), (u1, v1) = least[worst], most[worst]
         raise BadInput(
             f"{path}: texture coordinates from ({u0:.3g}, {v0:.3g}) to ({u1:.3g}, {v1:.3g}) on one piece of the "
-            "surface repeat its picture",
+            "surface repeat its image",
             "lay the texture coordinates out between 0 and 1 in a mesh editor",
         )
     return moved

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from restore.errors import BadInput
 from restore.formats.mesh import MAX_ITEMS, colours_from
-from restore.formats.source import DAMAGED, ONE_SHOT
+from restore.formats.source import DAMAGED, NO_FACES, ONE_SHOT
 from restore.scan import Bytes, Ints, Mask
 
 # A full 640 × 480 shot has 1.5 million lines with normals and texture coordinates. A parser takes 100 bytes a line, be
@@ -74,7 +74,7 @@ def parse_mesh(path: Path, data: bytes, kind: str, **options: Any) -> MeshArrays
         except Exception as error:  # parsers raise any exception: IndexError, KeyError, AttributeError, …
             words = NUMPY_PARSE_ERROR in str(error)
             reason = "a word stands where a number should be" if words else str(error) or type(error).__name__
-            raise BadInput(f"{path} is no readable {kind.upper()} file: {reason[:200]}", DAMAGED) from error
+            raise BadInput(f"{path} is not a readable {kind.upper()} file: {reason[:200]}", DAMAGED) from error
 
 
 @contextmanager
@@ -104,7 +104,7 @@ def _pieces(scene: Any, trimesh: Any) -> list[tuple[NDArray[np.float64], Any]]:
 
 def _concatenate(path: Path, pieces: list[tuple[NDArray[np.float64], Any]]) -> MeshArrays:
     if not pieces:
-        raise BadInput(f"{path} holds no surface: it has no triangle", "export the scan with its faces")
+        raise BadInput(f"{path} holds no surface: it has no triangle", NO_FACES)
     firsts = np.cumsum([0] + [len(vertices) for vertices, _ in pieces])
     for vertices, mesh in pieces:  # a wrong number must not become a right one of the next piece
         if mesh.faces.min() < 0 or mesh.faces.max() >= len(vertices):

@@ -20,6 +20,7 @@ ASSUMED_VOXEL = "10um"  # between the 3 and 25 µm of the scrolls that have been
 MAX_UNIT_MM = 1e4
 AUTO = "auto"
 _EDGE = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+) ?([a-zµ]+)", re.ASCII | re.IGNORECASE)
+DOUBTFUL = ("unit_too_large", "voxel_assumed")  # codes of findings
 STANDARD = {".glb": "m", ".gltf": "m"}  # glTF 2.0, section 3.4 "Coordinate System and Units"
 
 
@@ -28,7 +29,7 @@ def check_unit(unit: str) -> None:
     """Raise BadInput for a unit that is none of UNIT_MM, not AUTO, and no edge of a voxel such as 7.91um."""
     if unit != AUTO and unit_mm(unit) is None:
         raise BadInput(
-            f"{unit!r} is no unit", f"use one of: {', '.join([*UNIT_MM, AUTO])}, or the edge of a voxel, as 7.91um"
+            f"{unit!r} is not a unit", f"use one of: {', '.join([*UNIT_MM, AUTO])}, or the edge of a voxel, as 7.91um"
         )
 
 
@@ -70,6 +71,13 @@ def in_millimetres(path: Path, mesh: SurfaceMesh, unit: str = AUTO) -> SurfaceMe
         return mesh
     provenance = {**mesh.provenance, "unit": unit, "unit_source": source}
     return with_findings(replace(mesh, vertices=mesh.vertices * factor, provenance=provenance), *found)
+
+
+def rescale_mesh(mesh: SurfaceMesh, factor: float) -> SurfaceMesh:
+    """The mesh larger by a factor that its true size gives; findings of a doubtful unit are settled by it."""
+    findings = tuple(one for one in mesh.findings if one.code not in DOUBTFUL)
+    provenance = {**mesh.provenance, "unit": UNSTATED, "unit_source": GIVEN}
+    return replace(mesh, vertices=mesh.vertices * factor, provenance=provenance, findings=findings)
 
 
 def _own_unit(path: Path, mesh: SurfaceMesh, largest: float) -> tuple[str, str, list[Finding]]:

@@ -39,7 +39,7 @@ def read_vcps(path: Path, texture: Bytes | None = None) -> GridMesh:
     data = read_bytes(path, MAX_BYTES)
     end = _END.search(data, 0, MAX_HEADER_BYTES)
     if end is None:
-        raise BadInput(f"{path} is no ordered point set: its header does not end with <>", DAMAGED)
+        raise BadInput(f"{path} is not an ordered point set: its header does not end with <>", DAMAGED)
     fields = _fields(data[: end.start()])
     if fields.get("ordered", "").lower() != "true":
         raise BadInput(f"{path} is a cloud of points without an order", "export the segment as an ordered point set")

@@ -196,5 +196,5 @@ def _named_picture(path: Path, text: bytes) -> Bytes | None:
     bodies = (node[2] for node in _NODE.finditer(text) if node[1] == b"Texture2")
     names = {name[1].decode("utf-8", "replace") for body in bodies if (name := _FILE_NAME.search(body))}
     if len(names) > 1:
-        raise BadInput(f"{path} uses {len(names)} pictures, a scan has one", ONE_SHOT)
+        raise BadInput(f"{path} uses {len(names)} images, a scan has one", ONE_SHOT)
     return read_image(resolve_reference(path, names.pop())) if names else None

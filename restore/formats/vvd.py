@@ -33,7 +33,7 @@ def read_vvd(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     """
     data = read_bytes(path)
     if not data.startswith(MAGIC):
-        raise BadInput(f"{path} is no element file: it must begin with {MAGIC.decode()}", DAMAGED)
+        raise BadInput(f"{path} is not an element file: it must begin with {MAGIC.decode()}", DAMAGED)
     count, body = _count(path, data, HEADER_BYTES, VERTEX_BYTES, "vertices")
     vertices = np.frombuffer(data, ">f8", 3 * count, body).reshape(-1, 3)
     faces, first = _count(path, data, body + VERTEX_BYTES * count, 4 * (1 + min(CORNERS)), "faces")

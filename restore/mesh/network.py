@@ -67,6 +67,7 @@ def make_network(vertices: Floats, topology: Topology, lengths: Floats | None = 
         lengths = straight_lengths(vertices, topology.edges)
     count, lengths = len(topology.edges), np.asarray(lengths)
     fit = lengths.shape == (count,) and lengths.dtype.kind in "fiu" and lengths.min(initial=0.0) >= 0.0
+    lengths = lengths.astype(np.float64, copy=False) if fit else lengths  # of any precision; kernels take one
     mean = float(lengths.mean(dtype=float)) if fit else 0.0
     if not TINY < mean * mean * mean * mean < 1.0 / TINY:  # as they are multiplied for the areas of faces
         raise BadInput(

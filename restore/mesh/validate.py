@@ -108,8 +108,8 @@ def _declared_types(mesh: SurfaceMesh) -> tuple[Floats, Ints]:
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
         shapes = f"vertices {vertices.shape} and faces {faces.shape}"
-        raise BadInput(f"{shapes} are no triangles in space", "give (n, 3) mm and (m, 3) numbers of vertices")
+        raise BadInput(f"{shapes} are not triangles in space", "give (n, 3) mm and (m, 3) numbers of vertices")
     if vertices.dtype.kind not in "fiu" or faces.dtype.kind not in "iu":
         kinds = f"vertices of {vertices.dtype} and faces of {faces.dtype}"
-        raise BadInput(f"{kinds} are no triangles in space", "give millimetres and whole numbers of vertices")
+        raise BadInput(f"{kinds} are not triangles in space", "give millimetres and whole numbers of vertices")
     return vertices.astype(np.float64, copy=False), faces.astype(np.int64, copy=False)

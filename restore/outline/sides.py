@@ -7,7 +7,9 @@ moves onto that line: faces beyond it are removed, and up to it the surface is e
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import cv2
 import numpy as np
@@ -49,8 +51,14 @@ class Line:
         return np.asarray(points @ self.normal - self.offset)
 
 
-def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
-    """The page, which is axis-aligned, with its border moved onto straight sides.
+Side = tuple[int, int]
+"""An axis, 0 for x, and −1 for its low or 1 for its high end."""
+SIDES: tuple[Side, ...] = ((0, -1), (1, -1), (0, 1), (1, 1))
+NO_SIDES: Mapping[Side, Line] = MappingProxyType({})
+
+
+def straighten(sheet: Sheet, page: PageOnGrid, given: Mapping[Side, Line] = NO_SIDES) -> PageOnGrid:
+    """The page, which is axis-aligned, with its border moved onto straight sides; some are given, others fitted.
 
     A side that is torn, curved or has a protrusion is left unchanged, and so is a page without sides of a rectangle.
     """
@@ -61,10 +69,10 @@ def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
         return page
     jacobians = _grid_jacobians(page, border)
     crossings = crossings_of(sheet, page, border, jacobians[border])
-    lines = in_threads(lambda side: _fit_side(sheet, crossings, *side), ((0, -1), (1, -1), (0, 1), (1, 1)))
+    lines = in_threads(lambda side: given.get(side) or _fit_side(sheet, crossings, *side), SIDES)
     scraps = _scraps(sheet, page, lines)
     if scraps.any():
-        return straighten(sheet, _of_faces(page, page.faces[~scraps]))
+        return straighten(sheet, _of_faces(page, page.faces[~scraps]), given)
     target = np.full_like(page.flat, np.nan)
     target[border] = _project_to_sides(outline, jacobians[border], lines)
     flat, faces = _move_border(page.flat, page.faces, target)

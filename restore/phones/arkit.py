@@ -54,10 +54,10 @@ def camera_of(
     fx, fy, cx, cy = intrinsics
     rotation = pose[:3, :3]
     if not np.isfinite(pose).all() or np.abs(rotation @ rotation.T - np.eye(3)).max() > RIGID:
-        raise BadInput(f"{path}: its pose is no rotation and translation", DAMAGED)
+        raise BadInput(f"{path}: its pose is not a rotation and translation", DAMAGED)
     if not (fx > 0 and abs(fx - fy) < SQUARE * fx and 0 < cx < size[0] and 0 < cy < size[1]):
         numbers = f"fx {fx:g}, fy {fy:g}, cx {cx:g}, cy {cy:g}"
-        raise BadInput(f"{path}: {numbers} are no camera of pictures of {size[0]} × {size[1]}", DAMAGED)
+        raise BadInput(f"{path}: {numbers} are not the camera of images of {size[0]} × {size[1]}", DAMAGED)
     turned = LENS @ rotation.T @ UPRIGHT.T
     vector = np.zeros(PARAMETERS)
     vector[:3] = cv2.Rodrigues(turned)[0].ravel()

@@ -84,7 +84,7 @@ def _photograph(frame: Frame) -> Photograph:
         raise BadInput(
             f"{frame.picture} has {width} × {height} pixels, not the {frame.camera.size[0]} × {frame.camera.size[1]} "
             "of its camera",
-            "export the capture again: its pictures must be as they were taken",
+            "export the capture again: its images must be as they were taken",
         )
     return replace(photograph, camera=frame.camera)
 

@@ -74,7 +74,7 @@ def read_mesh(folder: Path) -> SurfaceMesh:
     mesh = read_glb(folder / MESH, NO_TEXTURE)
     alignment = np.array(read_model(folder / INFO, MeshInfo).alignment).reshape(4, 4).T
     if abs(np.linalg.det(alignment)) < 1e-9 or np.any(alignment[3] != [0, 0, 0, 1]):
-        raise BadInput(f"{folder / INFO}: alignmentTransform is no motion", DAMAGED)
+        raise BadInput(f"{folder / INFO}: alignmentTransform is not a motion", DAMAGED)
     back = np.linalg.inv(alignment)
     world = mesh.vertices @ back[:3, :3].T + back[:3, 3]
     if np.ptp(world, axis=0).max() > MM_PER_METRE:

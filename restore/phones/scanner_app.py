@@ -59,4 +59,4 @@ def _size(path: Path) -> tuple[int, int]:
         with Image.open(path, formats=("JPEG",)) as picture:
             return picture.size
     except Exception as error:  # Pillow's decoders raise whatever they trip over
-        raise BadInput(f"{path} is no readable picture", DAMAGED) from error
+        raise BadInput(f"{path} is not a readable image", DAMAGED) from error

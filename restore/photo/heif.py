@@ -27,7 +27,7 @@ class HeifPicture:
         try:
             import pi_heif
         except ImportError as error:
-            raise LibraryMissing("HEIC pictures need pi-heif", "pip install 'planish[photos]'") from error
+            raise LibraryMissing("HEIC images need pi-heif", "pip install 'planish[photos]'") from error
         self._file: Any = pi_heif.open_heif(io.BytesIO(data))
         self.size: tuple[int, int] = self._file.size
 

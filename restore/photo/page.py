@@ -85,7 +85,7 @@ def _photograph(photo: Photograph | Bytes, number: int) -> Photograph:
     photograph = photo if isinstance(photo, Photograph) else Photograph(photo, f"photograph {number}")
     image = np.asarray(photograph.image)
     if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3 or min(image.shape) == 0:
-        raise BadInput(f"{photograph.name} is no RGB picture", "give an array (h, w, 3) of uint8")
+        raise BadInput(f"{photograph.name} is not an RGB image", "give an array (h, w, 3) of uint8")
     return photograph
 
 

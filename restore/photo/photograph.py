@@ -100,9 +100,9 @@ def _unknown(path: Path) -> BadInput:
     """What to say of a file that is no picture of the KINDS."""
     if read_regular(path, MAX_BYTES)[4:8] == FILE_BOX:
         return BadInput(
-            f"{path} is an AVIF picture or a video, which is not read here", "save it as JPEG (phones can be set to)"
+            f"{path} is an AVIF image or a video, which is not read here", "save it as JPEG (phones can be set to)"
         )
-    return BadInput(f"{path} is no picture of a known kind", f"use one of {', '.join(KINDS)} or HEIC")
+    return BadInput(f"{path} is not an image of a known kind", f"use one of {', '.join(KINDS)} or HEIC")
 
 
 def _check(path: Path) -> None:
@@ -115,7 +115,7 @@ def _check(path: Path) -> None:
     if stat.S_ISDIR(state.st_mode):
         raise BadInput(f"{path} is a folder", "give each photograph by its own name")
     if not stat.S_ISREG(state.st_mode):  # a pipe would block, a device never end
-        raise BadInput(f"{path} is no regular file", "give the photograph itself")
+        raise BadInput(f"{path} is not a regular file", "give the photograph itself")
     if not state.st_size:
         raise BadInput(f"{path} is empty", "copy it again: it was cut off before its first byte")
 

@@ -44,7 +44,7 @@ MIN_COVERAGE = 0.1  # of the page: less is hardly worth its seams
 
 ANOTHER = "check that it shows this page, sharply and in full"
 STILL = "focus on the page, hold the camera still (a stand, more light, a shorter exposure), and photograph it again"
-AGAIN = "photograph the page from above so that it fills the picture, and do not move it between scan and photograph"
+AGAIN = "photograph the page from above so that it fills the image, and do not move it between scan and photograph"
 
 
 class Refused(Exception):
@@ -245,8 +245,8 @@ def _insist(found: Registration, reference: Reference) -> None:
     if found.uncertainty_px > MAX_UNCERTAIN * found.scale:
         mm = found.uncertainty_px / found.scale * reference.pixel_mm
         raise Refused(
-            "the photograph and the scan share too little print, or all of it in one corner, to tell where the rest of "
-            f"the page lies: {_off(mm)}",
+            "the photograph and the scan have too little print in common, or all of it in one corner, to locate the "
+            f"rest of the page: {_off(mm)}",
             AGAIN,
         )
     if found.coverage < MIN_COVERAGE:

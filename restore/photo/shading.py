@@ -58,7 +58,7 @@ def _report(evened: Mapping[int, ShadingResult], main: int) -> dict[str, Any]:
     if not reasons:
         return evened[main].report
     first = min(reasons)
-    name = f"photograph {first}" if first else "the scanner's picture"
+    name = f"photograph {first}" if first else "the scanner's image"
     return evened[main].report | {"removed": False, "reason": f"{reasons[first]} (in {name})"}
 
 

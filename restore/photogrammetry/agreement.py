@@ -156,7 +156,7 @@ def card_findings(
     agreeing = views_that_agree(cameras, seen)
     if len(agreeing) < LEAST_VIEWS:
         raise CardApart(
-            "no three photographs agree where the card lies beside the page: page or card was moved, or photographs "
+            "no three photographs agree where the card lies next to the page: page or card was moved, or photographs "
             "were cropped or zoomed",
             "leave page and card where they are, and give the photographs as the camera wrote them",
         )

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import cv2
 import numpy as np
 
+from restore.camera.rays import Rays
 from restore.findings import Finding
 from restore.flattening.methods import OnStep, flatten_with_lengths
 from restore.mesh.decimate import decimate
 from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
-from restore.outline.sides import straighten
+from restore.outline.sides import Line, Side, straighten
 from restore.page import FlatMesh
-from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture
+from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture, upright_as_textured
 from restore.prepared.refine import interpolate_flat_positions, refine, subdivide
 from restore.range_image.facets.normals import facet_normals
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
@@ -40,14 +41,31 @@ HALF = 0.5  # of a sample: between one in a hole and one on the paper the edge i
 
 @dataclass(frozen=True, eq=False)
 class FacetSheet(Prepared):
-    """A page on a range grid: facets tell its points, lengths and normals everywhere."""
+    """A page on a range grid: facets tell its points, lengths and normals everywhere.
+
+    erased      (rows, cols) True where paper is removed by hand.
+    rotate_deg  clockwise, by which the flat page is turned by hand.
+    """
 
     sheet: Sheet
     is_one_shot: bool = False
+    erased: Mask | None = field(default=None, kw_only=True)
+    rotate_deg: float = field(default=0.0, kw_only=True)
 
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
         """The flat page: decimated, flattened by the lengths of the facets, refined and made straight."""
-        return unroll(self.sheet, settings, clock, on_step)
+        unrolled = unroll(self.sheet, settings, clock, on_step)
+        return rotated(unrolled if self.is_one_shot else upright_as_textured(unrolled), self.rotate_deg)
+
+    def on_own_grid(self, rays: Rays, mask: Mask) -> Mask:
+        """(rows, cols) of the sheet's grid: a mask (rows, cols) on the grid of rays that it was cut out of."""
+        down, right = ((self.sheet.rays.y0 - rays.y0) / rays.dy, (self.sheet.rays.x0 - rays.x0) / rays.dx)
+        rows, cols = (
+            np.arange(size) + round(first) for size, first in zip(self.sheet.inside.shape, (down, right), strict=True)
+        )
+        known = (rows >= 0) & (rows < mask.shape[0]), (cols >= 0) & (cols < mask.shape[1])
+        own = mask[np.clip(rows, 0, mask.shape[0] - 1)[:, None], np.clip(cols, 0, mask.shape[1] - 1)]
+        return np.asarray(own & known[0][:, None] & known[1])
 
     @property
     def facts(self) -> Mapping[str, Any]:
@@ -86,6 +104,9 @@ class FacetSheet(Prepared):
             kinds[cv2.remap(self.sheet.holes.astype(np.float32), at, None, cv2.INTER_LINEAR) > HALF] = (
                 CoverageClass.OUTSIDE
             )
+        if self.erased is not None:
+            erased = cv2.remap(self.erased.astype(np.float32), at, None, cv2.INTER_LINEAR) > HALF
+            kinds[erased & (kinds != CoverageClass.OUTSIDE)] = CoverageClass.ERASED
         return kinds
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
@@ -98,10 +119,33 @@ class FacetSheet(Prepared):
         return self.sheet.cut
 
 
-def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
+def rotated(page: Unrolled, degrees: float) -> Unrolled:
+    """The flat page turned clockwise about its origin."""
+    if degrees == 0.0:
+        return page
+    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    turn = np.array([[cos, -sin], [sin, cos]])
+    coarse, fine = (replace(mesh, flat=mesh.flat @ turn) for mesh in (page.coarse, page.fine))
+    return replace(page, coarse=coarse, fine=fine)
+
+
+def no_sides(_page: PageOnGrid) -> Mapping[Side, Line]:
+    """No side is known before it is fitted."""
+    return {}
+
+
+def unroll(
+    sheet: Sheet,
+    settings: Settings,
+    clock: Clock,
+    on_step: OnStep | None = None,
+    *,
+    given: Callable[[PageOnGrid], Mapping[Side, Line]] = no_sides,
+) -> Unrolled:
     """Flatten a prepared sheet with about `settings.points` points; clock(stage) times the stages.
 
-    Beyond MAX_SOLVED_POINTS points the flat positions are interpolated.
+    given: the sides of the flat page that are known already. Beyond MAX_SOLVED_POINTS points the flat positions are
+    interpolated.
     """
     requested = settings.points or int(sheet.inside.sum())
     with clock("decimate"):
@@ -113,7 +157,8 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
     with clock("refine"):
         fine, fine_nodes = refine(sheet, coarse, nodes)
         fine = square_to_picture(fine)
-        page = subdivide(sheet, straighten(sheet, PageOnGrid(fine.flat, fine.faces, fine_nodes)))
+        page = PageOnGrid(fine.flat, fine.faces, fine_nodes)
+        page = subdivide(sheet, straighten(sheet, page, given(page)))
         fine = _on_sheet(sheet, fine, page)
         if requested > MAX_SOLVED_POINTS:
             mesh, nodes = decimate_sheet(sheet, requested)

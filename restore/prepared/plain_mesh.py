@@ -13,7 +13,7 @@ from restore.flattening.methods import OnStep
 from restore.mesh.clean import clean
 from restore.page import FlatMesh
 from restore.prepared.flatten import flatten
-from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture
+from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture, upright_as_textured
 from restore.scan import Bytes, Floats, InterpolatedMesh, Mask, SurfaceMesh
 from restore.settings import Settings
 from restore.texture.coverage import Coverage, CoverageClass, distance_to
@@ -33,7 +33,8 @@ class PlainMesh(Prepared):
             mesh = clean(self.mesh, settings.points or len(self.mesh.vertices))
         with clock("flatten"):
             flat = square_to_picture(flatten(mesh, settings.method, on_step=on_step))
-        return Unrolled(flat, flat, np.empty((0, 2)), {})
+        unrolled = Unrolled(flat, flat, np.empty((0, 2)), {})
+        return unrolled if self.is_one_shot else upright_as_textured(unrolled)
 
 
 @dataclass(frozen=True, eq=False)

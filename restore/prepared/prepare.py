@@ -11,9 +11,11 @@ from restore.mesh.clean import large_pieces, select, weld, without_debris
 from restore.mesh.non_manifold import without_fins
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.orient import map_runs_back
+from restore.mesh.page_below import without_page_below
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
 from restore.prepared.facet_sheet import FacetSheet
+from restore.prepared.leaf_sheet import leaf_of
 from restore.prepared.ordered_grid import OrderedGrid
 from restore.prepared.plain_mesh import InterpolatedPage, PlainMesh
 from restore.prepared.prepared import Prepared
@@ -60,7 +62,16 @@ def of_segmented(segmented: SegmentedScan) -> FacetSheet:
 
 def of_sheet(sheet: SeparateSheet) -> Prepared:
     """A sheet of a scan; what was found of it in its range image need not be looked for again."""
-    return prepare(sheet.scan) if sheet.segmented is None else of_segmented(sheet.segmented)
+    if sheet.prepared is not None:
+        return sheet.prepared
+    if sheet.segmented is None:
+        return prepare(sheet.scan)
+    whole = of_view(sheet.segmented) if sheet.of_mesh else of_segmented(sheet.segmented)
+    rays = sheet.segmented.rays
+    if sheet.erased is not None or sheet.rotate_deg:
+        erased = None if sheet.erased is None else whole.on_own_grid(rays, sheet.erased)
+        whole = replace(whole, erased=erased, rotate_deg=sheet.rotate_deg)
+    return whole if sheet.spine is None else leaf_of(whole, rays, sheet.spine, sheet.part)
 
 
 def of_mesh(scan: SurfaceMesh) -> FacetSheet | PlainMesh:
@@ -70,12 +81,19 @@ def of_mesh(scan: SurfaceMesh) -> FacetSheet | PlainMesh:
     if scan.texcoords is not None and map_runs_back(scan.faces, scan.texcoords):
         mesh = replace(mesh, provenance={**mesh.provenance, "mirrored": True})
     page, table = page_and_table(mesh)
+    page, below = without_page_below(page)
+    page = with_findings(page, *below)
     view = resample(page)
     if view is None:
-        alone = mesh if page is mesh else select(page, page.faces[max(large_pieces(page), key=len)])
+        alone = page if table is None else select(page, page.faces[max(large_pieces(page), key=len)])
         return PlainMesh(alone)
-    sheet = fit_sheet(largest_surface(*view, view[0].measured), precision=MESH_PRECISION, cut_out=True)
-    return FacetSheet(sheet if table is None else replace(sheet, holes=holes_to_mesh(sheet, table)))
+    seen = of_view(largest_surface(*view, view[0].measured))
+    return seen if table is None else replace(seen, sheet=replace(seen.sheet, holes=holes_to_mesh(seen.sheet, table)))
+
+
+def of_view(view: SegmentedScan) -> FacetSheet:
+    """The sheet of a view of a mesh, whose points are without a scanner's noise and end where the mesh was cut."""
+    return FacetSheet(fit_sheet(view, precision=MESH_PRECISION, cut_out=True))
 
 
 def of_interpolated(scan: InterpolatedMesh) -> InterpolatedPage:

@@ -14,13 +14,15 @@ from restore.findings import Finding
 from restore.flattening.methods import OnStep
 from restore.mesh.measures import signed_areas, vertex_normals
 from restore.numerics.limits import SINGLE_TINY
-from restore.outline.rectangle import squaring_rotation
+from restore.outline.rectangle import has_straight_sides, squaring_rotation
 from restore.page import FlatMesh
 from restore.scan import Bytes, Floats, Mask
 from restore.settings import Settings
 from restore.texture.coverage import Coverage, CoverageClass, cut_findings, filled_findings
 from restore.texture.occlusion import viewpoint
 from restore.texture.page import PageMap, Painting, page_map
+
+MIN_OVERLAP = 0.7  # correlation of flat and texture positions: one chart explains half of their variance
 
 Clock = Callable[[str], AbstractContextManager[None]]
 
@@ -92,6 +94,30 @@ def square_to_picture(flat: FlatMesh) -> FlatMesh:
     """The flat mesh rotated about its centroid so that the sides of a rectangular page are parallel to the axes."""
     turn, centre = squaring(flat)
     return replace(flat, flat=(flat.flat - centre) @ turn.T + centre)
+
+
+def upright_as_textured(unrolled: Unrolled) -> Unrolled:
+    """The flat page turned to where its image is upright, by right angles for a rectangular page.
+
+    An image of one chart shows the page upright, and so do charts that were packed as they lie on it; of an atlas whose
+    charts are turned every way the page stays as it is.
+    """
+    fine = unrolled.fine
+    if fine.texcoords is None or fine.texture is None or "oversampling" in fine.provenance:
+        return unrolled
+    flat, chart = ((part - part.mean(axis=0)) @ [1.0, 1.0j] for part in (fine.flat, fine.texcoords * [1.0, -1.0]))
+    overlap = np.vdot(flat, chart)
+    if abs(overlap) < MIN_OVERLAP * np.linalg.norm(flat) * np.linalg.norm(chart):
+        return unrolled
+    angle = float(np.angle(overlap))
+    area = float(signed_areas(fine.flat, fine.faces).sum())
+    if has_straight_sides(fine.flat[fine.topology.border], area):
+        angle = round(angle / (np.pi / 2)) * np.pi / 2
+    if angle == 0.0:
+        return unrolled
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    coarse, turned = (replace(mesh, flat=mesh.flat @ turn) for mesh in (unrolled.coarse, fine))
+    return replace(unrolled, coarse=turned if unrolled.coarse is fine else coarse, fine=turned)
 
 
 def squaring(flat: FlatMesh) -> tuple[Floats, Floats]:

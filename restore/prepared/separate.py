@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -21,23 +22,48 @@ from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
 from restore.outline.rectangle import fills_rectangle
 from restore.prepared.flatten import flatten
+from restore.prepared.prepared import Prepared
+from restore.range_image.hidden_gutter import find_hidden_gutter
 from restore.range_image.remove_table import remove_table
 from restore.range_image.segmentation.segment import SegmentedScan, find_pieces
 from restore.runtime.arguments import checks_types
-from restore.scan import Floats, InterpolatedMesh, Ints, Mask, RangeScan, ScannedSheet, SurfaceMesh
+from restore.scan import Floats, InterpolatedMesh, Ints, Mask, Part, RangeScan, ScannedSheet, SurfaceMesh
 from restore.scan_check import refuse_unusable
 
 OUTLINE_POINTS = 300  # of a sheet that is flattened for its outline alone: ten on each side of a page
+
+
+class LeafSpine(NamedTuple):
+    """Where a leaf ends.
+
+    cols        (rows,) column of the spine in each row of the range image.
+    facing      (rows,) column on the facing page at the end of the strip that the leaf keeps.
+    overlap_mm  width of that strip.
+    """
+
+    cols: Floats
+    facing: Floats
+    overlap_mm: float
 
 
 @dataclass(frozen=True, eq=False)
 class SeparateSheet(ScannedSheet):
     """A sheet with what is known of it already.
 
-    segmented  the sheet in its range image, which need not be looked for again; None for a mesh or an empty scan.
+    segmented   the sheet in its range image, which need not be looked for again; None for a mesh or an empty scan.
+    prepared    the sheet as it was prepared already; None where it was not.
+    spine       of one leaf of an opened book.
+    of_mesh     whether that image is the view of a mesh.
+    erased      (rows, cols) of the range image, True where paper is removed by hand.
+    rotate_deg  clockwise, by which the flat page is turned by hand.
     """
 
     segmented: SegmentedScan | None = None
+    prepared: Prepared | None = None
+    spine: LeafSpine | None = None
+    of_mesh: bool = False
+    erased: Mask | None = None
+    rotate_deg: float = 0.0
 
     @cached_property
     def is_rectangular(self) -> bool:
@@ -55,7 +81,8 @@ def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
     A segment of a CT volume is one sheet: what its order joins is one, also over gaps.
 
     Connected pieces nearer to each other than MAX_GAP samples or edges are of one sheet: drop-outs part it so. So are
-    those between which a range image has only lost samples, as many as `find_pieces` goes on over.
+    those between which a range image has only lost samples, as many as `find_pieces` goes on over. Two that are the
+    leaves of a book whose gutter gave no range are named `left` and `right` by their `part`.
     Raises NotEnoughSurface when there is no surface, BadInput for a broken mesh.
 
     >>> rows, cols = np.indices((11, 11)).astype(float)
@@ -80,10 +107,16 @@ def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
         return [SeparateSheet(scan, 0.0)]
     found.sort(key=lambda piece: float(np.nonzero(piece.samples)[1].mean()))
     alone = [_without(piece.scan, [other.samples for other in found if other is not piece]) for piece in found]
-    return [
+    sheets = [
         SeparateSheet(one, float(piece.samples.sum()), replace(piece, scan=one))
         for one, piece in zip(alone, found, strict=True)
     ]
+    gutter = find_hidden_gutter(found)
+    if gutter is not None:
+        sides: dict[Part, int] = {"left": gutter.left, "right": gutter.right}
+        for part, at in sides.items():
+            sheets[at] = replace(sheets[at], part=part, gutter_hidden_mm=gutter.hidden_mm)
+    return sheets
 
 
 def _without(scan: RangeScan, others: list[Mask]) -> RangeScan:

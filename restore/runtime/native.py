@@ -71,7 +71,7 @@ def load(module: str, can_load: Loadable = loadable) -> ModuleType:
         return import_module(module)
     except (ImportError, OSError) as error:
         first = str(error).splitlines()[0]
-        hint = f"python3 -m pip install --force-reinstall {module}; `planish doctor` tells what else is missing"
+        hint = f"python3 -m pip install --force-reinstall {module}; `planish doctor` shows what else is missing"
         raise LibraryMissing(f"{module} cannot be loaded: {first}", hint) from error
 
 

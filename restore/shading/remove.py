@@ -66,7 +66,7 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     places = places_of(relief, surroundings.horizon)
     found = estimate_light(as_list(colour), candidates, places, surroundings, regions, judges, inside)
     if found is None:
-        return _kept(image, "nothing within its regions of one print shows for certain that the light on it is uneven")
+        return _kept(image, "nothing within its regions of one print shows reliably that the light on it is uneven")
     if not found.certainty.sure:
         again = estimate_again(found, colour, relief.normals, candidates, places, surroundings, inside)
         found, judges = again or (found, judges)

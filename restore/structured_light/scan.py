@@ -29,10 +29,10 @@ MOST_CLIPPED = 0.2  # of the lit pixels
 KEPT_LINES = 0.5  # of the samples of the fullest row: a row with fewer is beside the projector's picture
 
 DARK_HINT = (
-    "darken the room, let the projector fill the camera's view, and expose so that the white picture is bright; "
-    "give the pictures in the order in which the patterns were shown, white and black at the end"
+    "darken the room, let the projector fill the camera's view, and expose so that the white image is bright; "
+    "give the images in the order in which the patterns were shown, white and black at the end"
 )
-CALIBRATION_HINT = "calibrate camera and projector as they stand now, in millimetres, with pictures of this size"
+CALIBRATION_HINT = "calibrate camera and projector as they stand now, in millimetres, with images of this size"
 
 
 def scan_captures(pictures: Sequence[Bytes], colour: Bytes, rig: Rig) -> RangeScan:
@@ -47,7 +47,7 @@ def scan_captures(pictures: Sequence[Bytes], colour: Bytes, rig: Rig) -> RangeSc
     height, width = pictures[0].shape
     white, black = pictures[-2:]
     if float(white.mean()) < float(black.mean()):
-        raise BadInput("the last picture is brighter than the one before it", "the order is: patterns, white, black")
+        raise BadInput("the last image is brighter than the one before it", "the order is: patterns, white, black")
     light = projected_light(white, black)
     columns, rows = _axes(pictures, light.level, rig)
     least_spacing = EDGES_A_SAMPLE * max(_edge_spacing(columns), _edge_spacing(rows))
@@ -69,20 +69,20 @@ def _check(pictures: Sequence[Bytes], rig: Rig) -> None:
     projector = rig.projector
     if len(pictures) != projector.count:
         raise BadInput(
-            f"{len(pictures)} pictures: the patterns of a projector of {projector.width} × {projector.height} "
+            f"{len(pictures)} images: the patterns of a projector of {projector.width} × {projector.height} "
             f"pixels are {projector.count}",
             "capture every pattern once, with white and black at the end",
         )
     height, width = pictures[0].shape
     if rig.size is not None and rig.size != (width, height):
         raise BadInput(
-            f"the calibration is of pictures of {rig.size[0]} × {rig.size[1]}, these have {width} × {height}",
+            f"the calibration is of images of {rig.size[0]} × {rig.size[1]}, these have {width} × {height}",
             CALIBRATION_HINT,
         )
     centre = rig.camera.matrix[:2, 2]
     if not ((centre > 0) & (centre < [width, height])).all():
         raise BadInput(
-            f"the calibration's principal point ({centre[0]:.0f}, {centre[1]:.0f}) lies outside pictures of "
+            f"the calibration's principal point ({centre[0]:.0f}, {centre[1]:.0f}) lies outside images of "
             f"{width} × {height}",
             CALIBRATION_HINT,
         )
@@ -120,7 +120,7 @@ def _consistent(depth: Floats, residual: Floats, lit: Mask) -> Mask:
     known = np.isfinite(residual)
     if known.mean() < LEAST_SHARE:
         raise NotEnoughSurface(
-            f"the patterns can be read at {known.mean():.1%} of the picture, and {lit.mean():.0%} of it is lit",
+            f"the patterns can be read at {known.mean():.1%} of the image, and {lit.mean():.0%} of it is lit",
             DARK_HINT,
         )
     middle = float(np.median(residual[known]))

@@ -44,6 +44,11 @@ class CoverageClass(IntEnum):
     OCCLUDED = 3  # on the page and not seen by the camera
     INPAINTED = 4  # hidden, and inpainted from its neighbourhood
     OBSTRUCTED = 5  # seen, but covered by something in a photograph, and painted from another picture
+    FACING = 6  # seen, of the facing page: a strip beside the spine of an opened book
+    ERASED = 7  # on the page, and removed by hand
+
+
+VISIBLE = (CoverageClass.MEASURED, CoverageClass.INTERPOLATED, CoverageClass.OBSTRUCTED, CoverageClass.FACING)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,20 +56,18 @@ class Coverage:
     """The kinds of the pixels of a page.
 
     seen  (h, w) uint8, values of `CoverageClass`.
-    cut   fraction of the page's outline that is at the edge of the source's picture; None without a picture.
+    cut   fraction of the page's outline that is at the edge of the source's picture; None where the page may fill that.
+    gaps  (h, w) True in the holes that the page encloses, which are OCCLUDED or INPAINTED; None for none.
     """
 
     seen: Bytes
     cut: float | None = None
+    gaps: Mask | None = None
 
     @property
     def mask(self) -> Mask:
         """(h, w) True where the camera saw the page."""
-        return np.asarray(
-            (self.seen == CoverageClass.MEASURED)
-            | (self.seen == CoverageClass.INTERPOLATED)
-            | (self.seen == CoverageClass.OBSTRUCTED)
-        )
+        return np.asarray(np.isin(self.seen, VISIBLE))
 
     def fractions(self) -> dict[str, float]:
         """The fraction of the page's area of each kind, 0 to 1."""
@@ -78,39 +81,53 @@ class Coverage:
         """The coverage as the report has it: the shares of the kinds, and `cut`."""
         return {**self.fractions(), "cropped_fraction": self.cut}
 
-    def findings(self) -> list[Finding]:
-        """What is to be reported of a page that is white in large part."""
-        hidden = self.fractions()["occluded"]
-        return [Finding.of("hidden", hidden)] if hidden > MAX_HIDDEN else []
+    def findings(self, dpi: float) -> list[Finding]:
+        """What is to be reported of a page that is white in large part, or has a broad hole."""
+        missing, erased = self.seen == CoverageClass.OCCLUDED, self.fractions()["erased"]
+        gaps = np.zeros_like(missing) if self.gaps is None else self.gaps & missing
+        hidden = float((missing & ~gaps).sum() / max((self.seen != CoverageClass.OUTSIDE).sum(), 1))
+        across = _across_mm(gaps, dpi)
+        found = [Finding.of("hidden", hidden)] if hidden > MAX_HIDDEN else []
+        found += [Finding.of("gap", across_mm=across)] if across > MAX_FILLED_MM else []
+        return [*found, Finding.of("removed_by_hand", erased)] if erased else found
 
 
-def cover(fine: FlatMesh, painting: Painting, kinds: Bytes, camera_centre: Floats | None, dpi: float) -> Coverage:
+def cover(
+    fine: FlatMesh,
+    painting: Painting,
+    kinds: Bytes,
+    camera_centre: Floats | None,
+    dpi: float,
+    *,
+    may_be_cut: bool = True,
+) -> Coverage:
     """The coverage of a painted page at a resolution of dpi.
 
     kinds (h, w) are how the shape of its pixels is known: MEASURED, INTERPOLATED, or OUTSIDE in holes and off the page.
     camera_centre (3,) mm: of the camera that took the texture; None where it is not one camera's picture.
+    may_be_cut: whether the edge of the texture can cut the page off, as it does in a scanner's picture; a chart ends
+    there by rights.
     """
     seen, on_page = kinds.copy(), painting.mask & (kinds != CoverageClass.OUTSIDE)
-    seen[_enclosed_holes(painting.mask)] = CoverageClass.OCCLUDED
+    gaps = _enclosed_holes(painting.mask)
+    seen[gaps] = CoverageClass.OCCLUDED
     if painting.covered is not None:
         seen[painting.covered & on_page] = CoverageClass.OBSTRUCTED
     if camera_centre is not None and fine.texcoords is not None and fine.texture is not None:
         hidden = on_page & occluded(fine, camera_centre, on_page.shape, dpi)
         # Pixels painted from a photograph need not be visible to the scanner's camera.
         seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = CoverageClass.OCCLUDED
-    cut = (
-        None
-        if fine.texture is None
-        else cropped_fraction(seen != CoverageClass.OUTSIDE, painting.source, fine.texture.shape[:2])
-    )
-    return Coverage(seen, cut)
+    cut = None
+    if fine.texture is not None and may_be_cut:
+        cut = cropped_fraction(seen != CoverageClass.OUTSIDE, painting.source, fine.texture.shape[:2])
+    return Coverage(seen, cut, gaps)
 
 
 def seen_part(painting: Painting, coverage: Coverage) -> Painting:
     """The painted page with what the camera did not see blank; in holes it ends, and has no source."""
     holes = painting.mask & (coverage.seen == CoverageClass.OUTSIDE)
     image, source, page_source = painting.image.copy(), painting.source, painting.page_source
-    image[holes | (coverage.seen == CoverageClass.OCCLUDED)] = PAPER
+    image[holes | np.isin(coverage.seen, (CoverageClass.OCCLUDED, CoverageClass.ERASED))] = PAPER
     if holes.any():
         source = np.where(holes[..., None], np.float32(np.nan), source)
         page_source = None if page_source is None else np.where(holes, np.uint8(NO_PICTURE), page_source)
@@ -154,6 +171,11 @@ def cut_findings(share: float) -> list[Finding]:
 
 def filled_findings(seen: Bytes, dpi: float) -> list[Finding]:
     """What is to be reported of a page (h, w), values of `CoverageClass`, that gave no range over a broad area."""
-    filled = np.pad(seen == CoverageClass.INTERPOLATED, 1).astype(np.uint8)
-    across = 2.0 * float(cv2.distanceTransform(filled, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi
+    across = _across_mm(seen == CoverageClass.INTERPOLATED, dpi)
     return [Finding.of("filled", across_mm=across)] if across > MAX_FILLED_MM else []
+
+
+def _across_mm(places: Mask, dpi: float) -> float:
+    """The diameter in mm of the largest circle within places (h, w) of a page."""
+    padded = np.pad(places, 1).astype(np.uint8)
+    return 2.0 * float(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi

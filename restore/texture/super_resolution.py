@@ -60,11 +60,11 @@ def super_resolve(shots: Sequence[RangeScan]) -> RangeScan:
     (240, 240, 3)
     """
     if not shots:
-        raise BadInput("there is no shot", "give two shots of the page or more")
+        raise BadInput("no captures were given", "give two captures of the page or more")
     first = shots[0]
     images = [shot.texture for shot in shots if shot.texture is not None]
     if len(images) < len(shots) or first.texture is None:
-        raise BadInput("a shot has no colour image", "leave it out")
+        raise BadInput("a capture has no colour image", "leave it out")
     result = super_resolve_images(images)
     summary = {"captures": len(shots), "factor": FACTOR, "shifts_px": _shifts(result.maps, images[0]).round(3).tolist()}
     positions = first.texture_xy * FACTOR + (FACTOR - 1) / 2
@@ -79,13 +79,13 @@ def super_resolve_images(images: Sequence[Bytes]) -> SuperResolution:
     Raises BadInput when they are too few, of different sizes, of different pages, or their shifts too large or equal.
     """
     if len(images) < MIN_SHOTS:
-        raise BadInput(f"{len(images)} shots are too few to see more than one does", f"take {MIN_SHOTS} or more")
+        raise BadInput(f"{len(images)} captures are too few to see more than one does", f"take {MIN_SHOTS} or more")
     if len({image.shape for image in images}) > 1:
-        raise BadInput("the shots are of different sizes", "take all shots with the same settings")
-    maps = np.stack([registration(images[0], image, name=f"shot {i + 1}") for i, image in enumerate(images)])
+        raise BadInput("the captures are of different sizes", "take all captures with the same settings")
+    maps = np.stack([registration(images[0], image, name=f"capture {i + 1}") for i, image in enumerate(images)])
     concentration = np.abs(np.exp(2j * np.pi * _shifts(maps, images[0])).mean(axis=0))
     if concentration.max() > MAX_PHASE_CONCENTRATION:
-        raise BadInput("the shots lie on each other", "move page or scanner by half a pixel or so between shots")
+        raise BadInput("the captures lie on each other", "move page or scanner by half a pixel or so between captures")
     observed = [image.astype(np.float32) for image in images]
     picture = np.mean([_back_project(image, affine) for image, affine in zip(observed, maps, strict=True)], axis=0)
     # Beside ink and table back-projection overshoots: no pixel may be brighter than the images nearby.
@@ -109,7 +109,9 @@ def registration(reference: Bytes, image: Bytes, *, name: str = "a shot") -> Flo
     (dx, dy), _ = cv2.phaseCorrelate(grey.astype(np.float64), other.astype(np.float64))
     start = np.array([[1, 0, dx], [0, 1, dy]], np.float32)
     ending = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, ECC_ITERATIONS, ECC_TOLERANCE)
-    different_page = BadInput(f"{name} does not show the same page", "take all shots of one page, one after the other")
+    different_page = BadInput(
+        f"{name} does not show the same page", "take all captures of one page, one after the other"
+    )
     try:
         correlation, result = cv2.findTransformECC(grey, other, start, cv2.MOTION_AFFINE, ending, None, ECC_BLUR_PX)
     except cv2.error as error:
@@ -121,7 +123,7 @@ def registration(reference: Bytes, image: Bytes, *, name: str = "a shot") -> Flo
     if largest_shift > MAX_SHIFT_PX:
         raise BadInput(
             f"{name} has moved by {largest_shift:.1f} pixels",
-            f"move the page by less than {MAX_SHIFT_PX:g} between shots",
+            f"move the page by less than {MAX_SHIFT_PX:g} between captures",
         )
     return np.asarray(result, np.float64)
 

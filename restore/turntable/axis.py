@@ -81,7 +81,7 @@ def axis_of_corners(views: Sequence[Mapping[int, Floats]], turns_deg: Sequence[f
     pairs = [_shared_corners(first, view) for view in views[1:]]
     if not pairs or np.abs(np.sin(np.radians(turns))).max() < np.sin(np.radians(MIN_TURN_DEG)):
         raise BadInput(
-            "the views do not tell where the axis is and which way it turns",
+            "the views do not say where the axis is and which way it turns",
             "turn the board between them by something else than half a turn: three views or more do",
         )
     rotations, shifts = zip(*(_rigid(before, after) for before, after in pairs), strict=True)
@@ -144,7 +144,7 @@ def _check_turns(turned: Sequence[float], stated: Floats) -> None:
     worst = int(np.argmax(np.abs(off)))
     if abs(off[worst]) > MAX_TURN_ERROR_DEG:
         raise BadInput(
-            f"the stage turned the board by {turned[worst] % 360:.2f}° when it was told {stated[worst] % 360:.2f}°",
+            f"the stage turned the board by {turned[worst] % 360:.2f}° when it was set to {stated[worst] % 360:.2f}°",
             "check `model` and `relative` in [turntable], and that nothing slips",
         )
 

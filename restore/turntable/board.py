@@ -25,10 +25,10 @@ def board_corners(scan: RangeScan) -> Mapping[int, Floats]:
     """
     rays = find_rays(scan)
     if rays is None or scan.texture is None:
-        raise BadInput("the board must be scanned in one shot, with colour", "use a scan of the scanner's own")
+        raise BadInput("the board must be scanned in one capture, with colour", "use a scan of the scanner's own")
     detected = _detect_markers(scan.texture)
     if not detected:
-        raise BadInput("there is no marker in the scan", NO_BOARD)
+        raise BadInput("the scan shows no markers", NO_BOARD)
     by_marker = {marker: _grid_positions(scan, corners) for marker, corners in detected.items()}
     plane = _fit_plane(scan, np.concatenate(list(by_marker.values())))
     return {marker: _intersect(rays, plane, positions) for marker, positions in by_marker.items()}

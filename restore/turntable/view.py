@@ -30,7 +30,7 @@ class RangeView:
         rays = find_rays(scan)
         if rays is None:
             raise BadInput(
-                "a view is not one shot of a scanner", "merge the scan folders that the scanner's shots left"
+                "a view is not one capture of a scanner", "merge the scan folders that the scanner's captures left"
             )
         self.scan, self.rays = scan, rays
         self.inverse_depth = np.where(scan.measured, -1.0 / scan.points[..., 2], np.nan)

@@ -58,7 +58,7 @@ def check_export(folder: Path, *, workers: int | None = None) -> list[ExportProb
     Raises BadInput when the folder has no manifest, OSError when it cannot be read.
     """
     if not is_export(folder):
-        raise BadInput(f"{folder} is no export: it has no {MANIFEST}", "check the path")
+        raise BadInput(f"{folder} is not an export: it has no {MANIFEST}", "check the path")
     unlisted = TAG_MANIFEST if (folder / TAG_MANIFEST).is_file() else MANIFEST  # the manifest that no other one lists
     found = tree_digests(folder, without=unlisted, workers=workers)
     listed, broken = _listed(folder)

@@ -119,11 +119,14 @@ def _identifier(event: SessionEvent) -> str:
 
 
 def _provenance(session: Session, capture: SessionEvent | None) -> dict[str, Any]:
-    """What the scan folder of a capture says of its shot; nothing for scans of other formats."""
+    """What the scan folder of a capture says of its shot; of scans of other formats, when they were stored."""
     path = None if capture is None else next((name for name in capture.files if name.endswith("/scan.json")), None)
-    if capture is None or path is None:
+    if capture is None:
         return {}
+    stored: dict[str, Any] = {"time": capture.time}
+    if path is None:
+        return stored
     with suppress(OSError, ValueError, KeyError):
         found = json.loads(read_regular(session.path(capture, path), MAX_SCAN_RECORD))["provenance"]
-        return found if isinstance(found, dict) else {}
-    return {}
+        return {**stored, **found} if isinstance(found, dict) else stored
+    return stored

@@ -40,7 +40,9 @@ def folder_address(text: str) -> str:
     except ValueError:  # of a port or an IPv6 address that is none
         whole = False
     if not whole or parts.query or parts.fragment or NO_ADDRESS.search(text):
-        raise UsageError(f"--url: {text!r} is no address of a web folder", "give one as https://example.org/volumes/1")
+        raise UsageError(
+            f"--url: {text!r} is not an address of a web folder", "give one as https://example.org/volumes/1"
+        )
     return text.rstrip("/")
 
 
@@ -84,7 +86,8 @@ def encode_tiles(image: Bytes, profile: bytes | None = None) -> Iterator[tuple[s
 def encode_info(identifier: str, width: int, height: int) -> bytes:
     """The `info.json` of an image of this size. identifier: address of the service."""
     factors = scale_factors(width, height)
-    sizes = [dict(zip(("width", "height"), _reduced(width, height, factor), strict=True)) for factor in factors[::-1]]
+    smaller = factors[:0:-1]  # the whole is there as `max` alone
+    sizes = [dict(zip(("width", "height"), _reduced(width, height, factor), strict=True)) for factor in smaller]
     return _encode(
         {
             "@context": IMAGE_CONTEXT,

@@ -49,7 +49,7 @@ def read_image_facts(path: Path) -> ImageFacts:
     except (OSError, ValueError, SyntaxError) as error:
         if isinstance(error, OSError) and error.errno is not None:  # what Pillow finds wrong with a file has none
             raise
-        raise BadInput(f"{path} is no image: {error}", "derive it again from its scan") from error
+        raise BadInput(f"{path} is not an image: {error}", "derive it again from its scan") from error
 
 
 def encode_mix(file: StoredFile, facts: ImageFacts, provenance: Mapping[str, Any]) -> Element:

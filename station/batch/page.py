@@ -10,17 +10,19 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from station.errors import FolderInUse, OverwriteError
-from station.intake.arrival import Arrival, Changed
+from station.errors import FolderInUse, OverwriteError, explain
+from station.intake.arrival import OF_A_NAME, PASSING, Arrival, Changed
 from station.intake.once import Restore, Settled, restore_once
 from station.run.one_page import restore_file
 from station.run.options import RunOptions
 from station.run.peak_memory import peak_memory_mib
 from station.verdict.measures import measured
 
-GONE = "it changed or went away while the batch ran; run the batch again"
+AGAIN = "run the batch again"
+GONE = f"it changed or went away while the batch ran; {AGAIN}"
 POLL_S = 1.0  # another process has the page: a worker that was given up by the cluster, but is still alive
 RESTORE = partial(restore_file, examine=measured)
+MAX_CLASHES = 5  # with files that another scan has written in the meantime
 MAX_TRIES = 3600  # of them: the longest page takes a fraction of an hour
 
 
@@ -79,16 +81,29 @@ def _settle(
     arrival: Arrival, task: Task, causes: Sequence[str], restore: Restore, sleep: Callable[[float], None]
 ) -> Settled:
     """Restore a scan, after any other process that is at it has ended."""
+    original = arrival.folder / arrival.source
     for attempt in range(MAX_TRIES):
         try:
             with tempfile.TemporaryDirectory(prefix="planish-") as staged:
-                return restore_once(arrival, task.out, task.options, Path(staged), restore, causes=causes)
+                return restore_once(
+                    arrival, task.out, task.options, Path(staged), restore, causes=causes, memory_is_shared=True
+                )
         except Changed:
-            return Settled("set aside", arrival.folder / arrival.source, GONE)
-        except (FolderInUse, OverwriteError, FileNotFoundError):  # its folder was free, and there, a moment ago
+            return Settled("set aside", original, GONE)
+        except OverwriteError as error:
+            if attempt >= MAX_CLASHES:
+                return Settled("set aside", original, str(error))
+            sleep(POLL_S)
+        except (FolderInUse, FileNotFoundError):  # its folder was free, and there, a moment ago
             if not all((arrival.folder / path).exists() for path in arrival.files.values()):
-                return Settled("set aside", arrival.folder / arrival.source, GONE)
+                return Settled("set aside", original, GONE)
             if attempt == MAX_TRIES - 1:
                 raise
             sleep(POLL_S)
+        except OSError as error:
+            if error.errno in PASSING:
+                return Settled("set aside", original, f"cannot be read just now: {error.strerror}; {AGAIN}")
+            if error.errno in OF_A_NAME:
+                return Settled("set aside", original, explain(error).message)
+            raise
     raise AssertionError  # the last try returns or raises

@@ -6,13 +6,13 @@ import hashlib
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
 
 from station.batch.page import Task
 from station.intake import records
 from station.intake.arrival import BLOCK, Arrival
-from station.intake.companions import Pairing, is_scan
+from station.intake.companions import Pairing, beside, is_scan
+from station.intake.kept import Kept
 from station.intake.listing import Listing, list_files
 from station.intake.presets import Presets
 from station.run.options import RunOptions
@@ -45,18 +45,26 @@ def plan_folder(folder: Path, out: Path, base: RunOptions) -> Plan:
     listing = list_files(folder, without=out, left_out=lambda session: sessions.append(folder / session))
     presets = Presets(folder, base)
     presets.update(listing)
-    scans = tuple(find_scans(folder, listing))
+    kept = Kept.load(out)
+    scans = tuple(find_scans(folder, listing, kept))
     tasks = []
-    for place, group in groupby(sorted(scans, key=_place), key=_place):
-        waiting = tuple(scan for scan in group if not _is_settled(scan, out))
+    groups: dict[tuple[str, str], list[Arrival]] = {}
+    for scan in scans:
+        groups.setdefault((beside(scan.source, ""), scan.stem), []).append(scan)
+    for place, group in sorted(groups.items()):
+        waiting = tuple(scan for scan in group if not _is_settled(scan, out, kept))
         if waiting:  # scans of one name share the folders of their results: one task takes them in turn
             tasks.append(Task(waiting, out, presets.options(Path(place[0]))))
+    kept.save(out)
     return Plan(out, tuple(sorted(tasks, key=lambda task: -task.size)), scans, tuple(sessions))
 
 
-def find_scans(folder: Path, listing: Listing) -> Iterator[Arrival]:
-    """Every scan of a listing with the files that belong to it: scan files, and scan folders of Planish's own."""
-    pairing = Pairing(folder)
+def find_scans(folder: Path, listing: Listing, kept: Kept | None = None) -> Iterator[Arrival]:
+    """Every scan of a listing with the files that belong to it: scan files, and scan folders of Planish's own.
+
+    kept: of an earlier start.
+    """
+    pairing = Pairing(folder, kept)
     pairing.update(listing)
     names: dict[Path, set[str]] = {}
     for path in listing:
@@ -70,21 +78,24 @@ def find_scans(folder: Path, listing: Listing) -> Iterator[Arrival]:
         else:
             try:
                 companions = pairing.companions(source).found
-            except PermissionError:  # the restoration meets it again, and sets the scan aside
+            except OSError:  # the restoration meets it again, and sets the scan aside
                 companions = {}
             yield Arrival.of(folder, source, companions, listing)
 
 
-def _place(arrival: Arrival) -> tuple[str, str]:
-    return str(arrival.source.parent), arrival.stem
-
-
-def _is_settled(arrival: Arrival, out: Path) -> bool:
+def _is_settled(arrival: Arrival, out: Path, kept: Kept) -> bool:
     """Whether the scan has a result, or was set aside and has not changed since."""
-    if records.find_result(out, arrival):
+    source = str(arrival.source)
+    if kept.is_settled(source, arrival.stamps, out):
+        return True
+    if folder := records.find_result(out, arrival):
+        kept.settle(source, arrival.stamps, records.reports_of(folder, arrival)[0], out)
         return True
     failed = records.failed_digest(out, arrival)
-    return failed is not None and failed == _digest(arrival)
+    if failed is None or failed != _digest(arrival):
+        return False
+    kept.settle(source, arrival.stamps, records.note_of(out, arrival), out)
+    return True
 
 
 def _digest(arrival: Arrival) -> str:

@@ -7,9 +7,10 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from typing import Any, TypeVar
 
 from station.errors import StationError
-from station.workers.executors import GONE, RESUME, ClusterGone, Workers
+from station.workers.executors import GONE, RESUME, ClusterGone, ShortOfMemory, Workers
 from station.workers.process import Work
 
+POLL_S = 5.0  # between two looks whether the workers are still there
 MAX_LOST = 3  # times that a cluster loses the worker of one task: each of them had its own chance with the page
 
 Item = TypeVar("Item")
@@ -21,16 +22,23 @@ def run(tasks: Sequence[Item], workers: Workers, work: Work[Result]) -> Iterator
 
     Raises StationError for a fault that is not a page's, ClusterGone when the scheduler does not answer any more.
     """
-    waiting, lost = list(reversed(tasks)), dict[int, int]()
+    waiting, lost, needed = list(reversed(tasks)), dict[int, int](), dict[int, int]()
     running: dict[Future[Result], Item] = {}
     while waiting or running:
         while waiting and len(running) < workers.in_flight():
             task = waiting.pop()
-            running[_submitted(workers, work, task)] = task
-        for future in wait(running, return_when=FIRST_COMPLETED).done:
+            running[_submitted(workers, work, task, needed.get(id(task), 0))] = task
+        done = wait(running, POLL_S, FIRST_COMPLETED).done
+        for future in [] if done else workers.stranded(running):
+            waiting.append(running.pop(future))
+            future.cancel()
+        for future in done:
             task = running.pop(future)
             try:
                 yield task, future.result()
+            except ShortOfMemory as short:
+                needed[id(task)] = short.mib
+                waiting.append(task)
             except CancelledError:
                 raise ClusterGone(GONE, RESUME) from None
             except StationError:
@@ -46,9 +54,9 @@ def run(tasks: Sequence[Item], workers: Workers, work: Work[Result]) -> Iterator
                 waiting.append(task)
 
 
-def _submitted(workers: Workers, work: Callable[..., Result], task: Any) -> Future[Result]:
+def _submitted(workers: Workers, work: Callable[..., Result], task: Any, above_mib: int) -> Future[Result]:
     try:
-        return workers.submit(work, task)
+        return workers.submit(work, task, above_mib)
     except RuntimeError as error:  # a client that has been closed takes nothing
         raise ClusterGone(GONE, RESUME) from error
 

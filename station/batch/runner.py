@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass
 from datetime import datetime
+from itertools import chain, count
 from pathlib import Path
 from typing import Protocol
 
@@ -34,6 +36,19 @@ class Part(Protocol):
     def pages(self) -> Iterable[PageOutcome]: ...
 
 
+@dataclass(frozen=True)
+class Finished:
+    """A batch that has come to its end. report: its path. pages: every page of its sources, as it is now."""
+
+    report: Path
+    pages: tuple[PageOutcome, ...]
+
+    @property
+    def set_aside(self) -> list[PageOutcome]:
+        """The pages that could not be restored, now or in an earlier run."""
+        return [page for page in self.pages if page.state == "set aside"]
+
+
 def run_batch(
     sources: Sequence[Path],
     output: Path,
@@ -43,8 +58,8 @@ def run_batch(
     *,
     limits: Thresholds = NO_LIMITS,
     now: Callable[[], datetime] = records.utc,
-) -> Path:
-    """Restore what is to do in folders of scans, into `output`, and in sessions. Returns the path of the report.
+) -> Finished:
+    """Restore what is to do in folders of scans, into `output`, and in sessions. Returns the report and every page.
 
     limits: of the verdict on pages of folders; sessions have their own.
 
@@ -71,5 +86,12 @@ def run_batch(
         finally:
             title = f"Batch of {', '.join(source.name for source in sources)}"
             pages = [page for part in parts for page in part.pages()]
-            write_all([(output / REPORT, encode_report(pages, title=title, now=now()))], force=True, lock=lock)
-    return output / REPORT
+            report = _place_of_report(output)
+            write_all([(report, encode_report(pages, title=title, now=now()))], force=True, lock=lock)
+    return Finished(report, tuple(pages))
+
+
+def _place_of_report(output: Path) -> Path:
+    """Where the report is written: beside a folder of results that has its name, as the source may."""
+    names = chain([REPORT], (f"report-{number}.html" for number in count(2)))
+    return next(path for name in names if not (path := output / name).is_dir())

@@ -66,7 +66,7 @@ def restore_session_page(task: SessionTask, causes: Sequence[str] = ()) -> Sessi
     else:
         try:
             made = run_restore(task.source, task.parameters, task.folder)
-        except (OSError, StationError, LibraryMissing):  # a fault of the disk or of this computer
+        except (OSError, StationError, LibraryMissing, MemoryError):  # a fault of the disk or of this computer
             raise
         except Exception as error:
             fault = explain(error)

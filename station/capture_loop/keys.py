@@ -27,7 +27,7 @@ ACTIONS: dict[str, Action] = {
     "": "quit",  # the end of the input
     "\x04": "quit",
 }
-HELP = "space shoot · enter accept · r shoot again · u undo · U redo · m mark · n note · q leave"
+HELP = "space capture · enter accept · r capture again · u undo · U redo · m mark · n note · q leave"
 SWITCH_BAUD = 9600
 SWITCH_POLL_S = 0.2  # within which the thread sees that the loop has ended
 

@@ -155,12 +155,12 @@ class CaptureLoop:
 
     def _shoot(self, page: int | None) -> None:
         if self.shoot is None:
-            self.show(Line("there is no scanner: name its configuration with --config", "no_scanner"))
+            self.show(Line("no scanner is configured: name its configuration with --config", "no_scanner"))
             return
         try:
             scan = self.shoot()
         except ScannerError as error:
-            self.show(Line(f"not shot: {error}" + (f" ({error.hint})" if error.hint else ""), "not_shot"))
+            self.show(Line(f"not captured: {error}" + (f" ({error.hint})" if error.hint else ""), "not_shot"))
             return
         event = add_scan(
             self.writer, scan, page=page, facts={"by": "planish capture", "provenance": dict(scan.provenance)}
@@ -224,7 +224,7 @@ class CaptureLoop:
             self._begin(done.capture)
             return None
         done.folder.mkdir(exist_ok=True)
-        return Run({"error": "the program ended while it restored this scan", "hint": "shoot the page again"})
+        return Run({"error": "the program ended while it restored this scan", "hint": "capture the page again"})
 
     def _judge(self, restored: Event) -> None:
         event = record_verdict(self.writer, restored)
@@ -254,7 +254,7 @@ class CaptureLoop:
         """One more character of a note; enter ends it, an empty note is none."""
         typed, page = self._typed or "", self._current()
         if key not in "\r\n":
-            self._typed = typed[:-1] if key in ERASE else typed + key
+            self._typed = typed[:-1] if key in ERASE else typed + key * key.isprintable()
             return
         self._typed = None
         if page is not None and typed.strip():
@@ -287,7 +287,7 @@ class CaptureLoop:
 
     def _current(self) -> Page | None:
         if self._page is None:
-            self.show(Line("there is no page yet: space shoots the first", "no_page"))
+            self.show(Line("no page has been captured yet: space captures the first", "no_page"))
             return None
         return self.writer.history.page(self._page)
 

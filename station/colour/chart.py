@@ -35,14 +35,14 @@ def find_chart(image: Bytes) -> Chart:
     picture = np.ascontiguousarray(image[..., ::-1])  # OpenCV's order
     if not _process(detector, picture):
         raise BadInput(
-            "there is no colour chart in the picture",
+            "the image shows no colour chart",
             "show a whole ColorChecker Classic, squarely, without glare, its patches 20 pixels wide or more",
         )
     # Rows: patch by patch, red, green, blue. Columns: pixels, mean, standard deviation, least, most.
     seen = np.asarray(detector.getBestColorChecker().getChartsRGB()).reshape(PATCHES, CHANNELS, -1)
     chart = Chart(seen[..., 1], seen[..., 2])
     if chart.codes.max() > CLIPPED:
-        raise BadInput("the chart's white is overexposed", "lower the gain or the light, and shoot the chart again")
+        raise BadInput("the chart's white is overexposed", "lower the gain or the light, and capture the chart again")
     return chart
 
 

@@ -86,6 +86,6 @@ def _figure(criterion: Criterion, value: float, *, even: bool) -> dict[str, Any]
 
 
 def mean_differences(fit: ColourFit) -> dict[str, float]:
-    """Mean CIEDE2000 over the chart if the codes are taken for sRGB, by the profile, and on patches left out of it."""
-    codings = {"as sRGB": fit.uncorrected, "by the profile": fit.corrected, "on patches left out": fit.left_out}
+    """Mean CIEDE2000 over the chart if the codes are taken for sRGB, by the profile, and on held-out patches of it."""
+    codings = {"as sRGB": fit.uncorrected, "by the profile": fit.corrected, "on held-out patches": fit.left_out}
     return {how: round(float(difference(lab, fit.reference).mean()), 3) for how, lab in codings.items()}

@@ -118,9 +118,9 @@ def _refuse_noise(codes: Floats, exponent: float, reference: Floats) -> None:
     disordered = float(np.median([_mean_difference(order, exponent, EVEN.light, reference) for order in wrong_orders]))
     if fitted > MAX_FIT * disordered:
         raise BadInput(
-            f"what was found is no colour chart: its patches differ from the chart by {fitted:.0f} ΔE2000 on average, "
+            f"the image shows no colour chart: its patches differ from the chart by {fitted:.0f} ΔE2000 on average, "
             f"in wrong orders by {disordered:.0f}",
-            "show a whole ColorChecker Classic, squarely, without glare, and nothing like it beside it",
+            "show a whole ColorChecker Classic, squarely, without glare, and nothing like it next to it",
         )
 
 

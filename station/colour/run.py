@@ -78,7 +78,7 @@ def _read_target(target: Path) -> tuple[Bytes, float | None]:
         return read_image(target), _resolution(target.with_suffix(".json"))
     page = restore(load_scan(target), Settings())
     if page.flat.texture is None:
-        raise BadInput(f"{target} has no colour image", "shoot the chart with the scanner's colour exposure")
+        raise BadInput(f"{target} has no colour image", "capture the chart with the scanner's colour exposure")
     return page.image, page.report["sampling_ppi"]
 
 

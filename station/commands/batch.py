@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from station.commands.options import MOST_S, Debug, Json, Kinds, Out, Restoration, Unit, grouped, run_options
-from station.commands.terminal import print_result, report_faults
-from station.errors import UsageError
+from station.commands.terminal import print_note, print_result, report_faults
+from station.errors import SET_ASIDE, UsageError
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
@@ -69,7 +69,8 @@ def batch(
 ) -> None:
     """Restore all scans of folders and sessions in parallel.
 
-    Started again, it continues where it was interrupted.
+    Started again, it continues where it was interrupted. Ends with 7 when pages were set aside: they could not be
+    restored.
     """
     with report_faults(debug=debug):
         from station.batch.runner import run_batch
@@ -91,7 +92,7 @@ def batch(
         threads = 1 if scheduler is not None else max(len(os.sched_getaffinity(0)) // count, 1)
         process = Limits(memory_limit, page_timeout, threads=threads)
         places: AbstractContextManager[Workers]
-        places = local_workers(count, process) if scheduler is None else cluster_workers(scheduler, process)
+        places = local_workers(count, process) if scheduler is None else cluster_workers(scheduler, process, print_note)
         counts: Counter[str] = Counter()
 
         def show(event: Event) -> None:
@@ -102,7 +103,7 @@ def batch(
             progress = f"  [{event.done}]" if event.done else ""
             print_result(f"{event.state:<10} {event.name}: {event.text}{progress}")
 
-        report = run_batch(
+        finished = run_batch(
             list(dict.fromkeys(source.resolve() for source in sources)),
             output.resolve(),
             options,
@@ -111,9 +112,15 @@ def batch(
             limits=limits,
         )
         if as_json:
-            print_result(json.dumps({"counts": dict(counts), "report": str(report)}))
+            aside = [{"name": page.name, "reasons": list(page.notes)} for page in finished.set_aside]
+            facts = {"counts": dict(counts), "pages": len(finished.pages), "set_aside": aside}
+            print_result(json.dumps({**facts, "report": str(finished.report)}))
         else:
-            print_result(f"{counts['restored']} restored, {counts['set aside']} set aside\nreport     {report}")
+            print_result(
+                f"{counts['restored']} restored, {counts['set aside']} set aside\nreport     {finished.report}"
+            )
+        if finished.set_aside:
+            raise typer.Exit(SET_ASIDE)
 
 
 def _share_mib(count: int) -> int:

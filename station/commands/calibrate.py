@@ -153,6 +153,6 @@ def _load(scans: Sequence[str]) -> Iterator[tuple[RangeScan, float | None]]:
 def _summary(result: CalibrationResult, shots: int) -> Iterator[str]:
     body = result.calibration
     yield f"{body.lens} {body.lens_serial} on body {body.body}".replace("  ", " ").removesuffix(" on body ")
-    yield f"{shots} shots; rms of the markers {result.markers_px:.3f} px, of the samples {result.lines:.3f} lines"
+    yield f"{shots} captures; rms of the markers {result.markers_px:.3f} px, of the samples {result.lines:.3f} lines"
     yield f"largest error to expect over the field, one sigma: {result.expected_mm:.2f} mm"
     yield "sigmas: " + ", ".join(f"{name} {sigma:.2g}" for name, sigma in result.sigma.items())

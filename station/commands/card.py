@@ -24,7 +24,7 @@ TICK_MM = 3.0
 TEXT_PT, LEADING = 10, 1.4
 INSTRUCTIONS = (
     "Print at 100 %, without scaling. The line above is 100 mm long: measure it.",
-    "Cut the strip out, or leave the sheet whole. Lay it flat beside the page, fully in view,",
+    "Cut the strip out, or leave the sheet whole. Put it flat next to the page, fully in view,",
     "and do not move it or the page from the first photograph to the last.",
 )
 
@@ -47,7 +47,7 @@ def card(
 
         require_suffix(output, ".pdf")
         write_all([(output, encode_card(ScaleCard()))], force=force)
-        print_result(f"{output}: print it at 100 %, and lay it beside the page for `planish photos`")
+        print_result(f"{output}: print it at 100 %, and put it next to the page for `planish photos`")
 
 
 def encode_card(card: ScaleCard) -> bytes:

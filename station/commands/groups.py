@@ -13,7 +13,7 @@ from typer.core import TyperGroup
 from station.progress import Verbosity, verbosity
 
 if TYPE_CHECKING:
-    from typer._click import Context, HelpFormatter
+    from typer._click import Command, Context, HelpFormatter
 
 OTHERS = "Commands"  # title of a list without groups
 
@@ -24,6 +24,13 @@ Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print each stage
 class CommandGroups(TyperGroup):
     """Commands listed by the panel that each was added to, groups of commands first, with descriptions uncut."""
 
+    def get_command(self, ctx: Context, cmd_name: str) -> Command | None:
+        """Return a command with its description as its short help, which shells show uncut."""
+        command = super().get_command(ctx, cmd_name)
+        if command is not None and not command.short_help:
+            command.short_help = _description(command)
+        return command
+
     def format_commands(self, ctx: Context, formatter: HelpFormatter) -> None:
         """Write a section for each panel, in the order of the commands."""
         sections: dict[str, list[tuple[str, str]]] = {}
@@ -32,7 +39,7 @@ class CommandGroups(TyperGroup):
             if command is not None and not command.hidden:
                 panel = getattr(command, "rich_help_panel", None)
                 rows = sections.setdefault(panel if isinstance(panel, str) else OTHERS, [])
-                rows.insert(0 if isinstance(command, TyperGroup) else len(rows), (name, _description(command)))
+                rows.insert(0 if isinstance(command, TyperGroup) else len(rows), (name, str(command.short_help)))
         for title, rows in sections.items():
             with formatter.section(title):
                 formatter.write_dl(rows)
@@ -40,7 +47,7 @@ class CommandGroups(TyperGroup):
 
 def _description(command: Any) -> str:
     """The first line of a command's help."""
-    return str(command.short_help or command.help or "").strip().partition("\n")[0]
+    return str(command.help or "").strip().partition("\n")[0]
 
 
 def with_verbosity(command: Callable[..., None]) -> Callable[..., None]:

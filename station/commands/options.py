@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from station.choices import FLAGS, Method, Rotation, Shading, Sheets
+from station.choices import FLAGS, Layout, Method, Rotation, Shading, Sheets
 from station.errors import UsageError
 from station.storage.session_folder import refuse_session, session_around
 
@@ -211,7 +211,9 @@ def _colours(kinds: Kinds, chosen: Restoration) -> dict[str, Any]:
             "give one: --white-balance to convert, --icc-profile to keep",
         )
     if not path.is_file():
-        raise UsageError(f"--white-balance: there is no file {path}", "give keep, paper, or the ICC profile of a chart")
+        raise UsageError(
+            f"--white-balance: the file {path} does not exist", "give keep, paper, or the ICC profile of a chart"
+        )
     return {"colours": read_profile(path), "to_srgb": True}
 
 
@@ -230,12 +232,26 @@ class Reading:
     """How a scan file is read, and which of its sheets become pages."""
 
     unit: Unit = "auto"
+    scale: Annotated[
+        str | None,
+        typer.Option(metavar="WxH", help="Size of a mesh's page in mm, either way round; it replaces the unit."),
+    ] = None
+    mirror: Annotated[bool, typer.Option("--mirror", help="Mirror the page: its file is a mirror image.")] = False
     sheets: Annotated[
         Sheets,
         typer.Option(
             help="Several sheets in one scan: a page each, the largest only, or all in one image; auto: by their shape."
         ),
     ] = Sheets.AUTO
+    layout: Annotated[
+        Layout,
+        typer.Option(help="An opened book: one page; two leaves where a spine is certain (auto); two; never two."),
+    ] = Layout.SINGLE
+    edits: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Corrections by hand; <stem>.edits.json next to the scan by default."),
+    ] = None
+    no_edits: Annotated[bool, typer.Option("--no-edits", help="Ignore corrections by hand.")] = False
 
 
 @dataclass(frozen=True)

@@ -111,9 +111,11 @@ def restore(
     """Restore a page from a stored scan or mesh."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.run.destination import Destination
+        from station.run.edits import edits_of
         from station.run.one_page import restore_file
 
-        read = {"unit": reading.unit, "sheets": reading.sheets}
+        edits = None if reading.no_edits else edits_of(scan, reading.edits)
+        read = {name: value for name, value in vars(reading).items() if name != "no_edits"} | {"edits": edits}
         outcome = restore_file(
             scan,
             Destination(output, run.force),

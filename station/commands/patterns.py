@@ -37,8 +37,8 @@ def patterns(
         width, height = parse_size(projector)
         paths = write_all(pattern_files(output, width, height), force=force)
         print_result(
-            f"{output}: {len(paths) - 1} patterns. Show each at its full size, take one picture of each, the camera "
-            f"fixed, in this order, and put the pictures in a folder with {INDEX} and the calibration: "
+            f"{output}: {len(paths) - 1} patterns. Show each at its full size, take one image of each, the camera "
+            f"fixed, in this order, and put the images in a folder with {INDEX} and the calibration: "
             "planish restore FOLDER -o OUT"
         )
 
@@ -50,7 +50,7 @@ def parse_size(text: str) -> tuple[int, int]:
 
     size = SIZE.fullmatch(text.strip().lower())
     if size is None:
-        raise UsageError(f"--projector: {text!r} is no resolution", "give its width and height in pixels: 1280x800")
+        raise UsageError(f"--projector: {text!r} is not a resolution", "give its width and height in pixels: 1280x800")
     try:
         projector = Projector(int(size["width"]), int(size["height"]))
     except BadInput as error:

@@ -60,7 +60,7 @@ def serve(
         if qr and host == LOCALHOST:
             raise UsageError("--qr shows the link to other devices", "name this computer's address with --host")
         if not folder.is_dir():
-            raise UsageError(f"{folder} is no folder", "make it, or name the one with the sessions")
+            raise UsageError(f"{folder} is not a folder", "create it, or name the folder with the sessions")
         configuration = None if config is None else load_config(config)
         named = "" if config is None else str(config.resolve() if config.suffix == ".toml" else config)
         app_state = AppState(

@@ -138,7 +138,7 @@ def add(
     """
     with report_faults(debug=debug), _writing(index, session) as writer:
         from station.errors import UsageError
-        from station.session.adding import add_original, gather
+        from station.session.adding import add_original, add_originals
         from station.session.photographs import add_photographs
 
         if photos:
@@ -147,10 +147,11 @@ def add(
             return
         if page is not None and len(files) > 1:
             raise UsageError("several files cannot be one page", "give one file with --page")
-        for path in files:  # all are added, or none
-            gather(path)
-        for path in files:
-            event = add_original(writer, path, page=page, unit=unit)
+        if page is not None:
+            events = [add_original(writer, files[0], page=page, unit=unit)]
+        else:
+            events = add_originals(writer, files, unit=unit)
+        for event, path in zip(events, files, strict=True):
             print_result(f"page {event.page}: {path}")
 
 
@@ -177,9 +178,10 @@ def set_(
     with report_faults(debug=debug), _writing(index, session) as writer:
         from station.errors import UsageError
         from station.session import decide
+        from station.session.texts import check_text
 
         if position is not None and not math.isfinite(position):
-            raise UsageError(f"--position: {position} is no place", "give a number: 3.5 is between 3 and 4")
+            raise UsageError(f"--position: {position} is not a place", "give a number: 3.5 is between 3 and 4")
         capture = writer.history.page(page).capture
         if page and capture is None:
             raise _no_page(session, page)
@@ -190,7 +192,7 @@ def set_(
             raise UsageError("the volume itself is not accepted", "give the number of a page with --accept or --reject")
         for name, value in values.items():
             if value is not None:
-                decide(writer, name, value, page=page)
+                decide(writer, name, check_text(name, value) if isinstance(value, str) else value, page=page)
         if accept is not None:
             decide(writer, "accept", accept, page=page, on=capture)
 
@@ -239,7 +241,7 @@ def _step(
         if (page is None) != (stage is None):
             raise UsageError("--page and --stage go together", "name both, or none for the last step of the operator")
         if stage is not None and stage not in STAGES:
-            raise UsageError(f"--stage: there is no stage {stage!r}", f"the stages are {', '.join(STAGES)}")
+            raise UsageError(f"--stage: the stage {stage!r} does not exist", f"the stages are {', '.join(STAGES)}")
         if page is not None and writer.history.page(page).capture is None:
             raise _no_page(session, page)
         step = move_run(writer, page, stage) if page and stage else move(writer)

@@ -20,10 +20,12 @@ from station.progress import Verbosity, verbosity
 
 # Sent by a service manager, and by a terminal that closes: both leave time to let the scanner go.
 ENDING_SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # all but line feed and tab
 READER_GONE = SIGNAL_BASE + signal.SIGPIPE  # as a shell reports a program that writes to a pipe without a reader
 
 # The sentences of typer and pydantic about the value of an option: `--rotate: '45' is not one of '0', '90'`.
-VALUE = re.compile(r"^Invalid value for '?([^']+?)'?: (?:Value error, |Input should be (?=.))?")
+VALUE = re.compile(r"^Invalid value for '?([^']+?)'?: (?:Value error, )?")
+NOT_A_NUMBER = re.compile(r"([^:]+): Input should be a valid (number|integer).*")
 NOT_A_CHOICE = re.compile(r"([^:]+): ('[^']*') is not one of ('[^']*'(?:, '[^']*')+)")
 
 
@@ -77,6 +79,9 @@ def usage_fault(error: CommandLineError) -> Fault:
         option, given, allowed = choice.groups()
         *first, last = (value.strip(" '") for value in allowed.split(","))
         return Fault(USAGE, f"{option}: {given} is not an allowed value", (f"give {', '.join(first)} or {last}",))
+    if wrong := NOT_A_NUMBER.fullmatch(message):
+        kind = "whole number" if wrong[2] == "integer" else "number"
+        return Fault(USAGE, f"{wrong[1]}: the value is not a {kind}", (f"give a {kind}; see {command} --help",))
     return Fault(USAGE, message[:1].lower() + message[1:], (f"see {command} --help",))
 
 
@@ -89,13 +94,13 @@ def _print_error(text: str) -> None:
     if sys.stderr is None:  # print would write on stdout
         return
     try:
-        print(text, file=sys.stderr, flush=True)
+        print(_escaped(text, sys.stderr), file=sys.stderr, flush=True)
     except OSError:
         sys.stderr = None  # the interpreter would try again at exit, and change the exit code
 
 
 def print_result(text: str) -> None:
-    """Print on stdout, with escapes for characters outside its encoding.
+    """Print on stdout, with escapes for control characters and those outside its encoding.
 
     Raises typer.Exit when nobody reads it any more, OSError when the disk is full.
     """
@@ -117,7 +122,9 @@ def print_note(text: str) -> None:
 
 
 def _escaped(text: str, stream: TextIO | None) -> str:
+    """The text with escapes for what the stream cannot hold, and for control characters, which a terminal obeys."""
     encoding = getattr(stream, "encoding", None) or "utf-8"
+    text = CONTROLS.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
     return text.encode(encoding, "backslashreplace").decode(encoding)
 
 

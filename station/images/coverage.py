@@ -18,6 +18,8 @@ COLOURS = {
     CoverageClass.OCCLUDED: (192, 48, 40),
     CoverageClass.INPAINTED: (96, 56, 168),
     CoverageClass.OBSTRUCTED: (240, 200, 64),
+    CoverageClass.FACING: (176, 176, 176),
+    CoverageClass.ERASED: (64, 64, 64),
 }
 
 

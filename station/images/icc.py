@@ -88,7 +88,7 @@ def read_profile(path: Path) -> bytes:
     """An ICC profile of RGB colours from its file. Raises BadInput when it is missing, damaged or of other colours."""
     data = read_bytes(path)
     if len(data) < HEADER or data[36:40] != b"acsp" or struct.unpack_from(">I", data)[0] != len(data):
-        raise BadInput(f"{path} is no ICC profile", "give a file that `planish colour` wrote")
+        raise BadInput(f"{path} is not an ICC profile", "give a file that `planish colour` wrote")
     if data[16:20] != b"RGB ":
         raise BadInput(f"{path} is not a profile of RGB colours", "give a file that `planish colour` wrote")
     return data

@@ -13,6 +13,7 @@ from restore.formats import read_image
 from restore.scan import Bytes
 
 KINDS = (".png", ".tif", ".tiff")
+HALF_PIXEL_TO_THE_METRE = 0.5 * 0.0254  # in pixels to the inch
 NO_SCALE = "give a page that `planish restore` wrote: it has its true resolution in the file"
 
 
@@ -33,7 +34,9 @@ def find_pages(path: Path) -> list[Path]:
     """
     if not path.is_dir():
         if path.suffix.lower() not in KINDS:
-            raise BadInput(f"{path} is no page", f"give a file that ends in {', '.join(KINDS)}, or a folder of results")
+            raise BadInput(
+                f"{path} is not a page", f"give a file that ends in {', '.join(KINDS)}, or a folder of results"
+            )
         return [path]
     pages = [page for report in sorted(path.glob("*.json")) if (page := report.with_suffix(".png")).is_file()]
     if not pages:
@@ -49,5 +52,10 @@ def read_page(path: Path) -> StoredPage:
         across, up = (float(dots) for dots in file.info.get("dpi", (0, 0)))
         profile = file.info.get("icc_profile")
     if across <= 1 or abs(across - up) > 0.01 * across:  # 1 is what Pillow gives for a TIFF without a unit
-        raise BadInput(f"{path} does not tell how large the page is", NO_SCALE)
-    return StoredPage(path, image, across, profile)
+        raise BadInput(f"{path} does not say how large the page is", NO_SCALE)
+    return StoredPage(path, image, _whole_dpi(across), profile)
+
+
+def _whole_dpi(dpi: float) -> float:
+    """The whole number that a PNG cannot say: it has whole pixels to the metre, 5906 of them for 150 to the inch."""
+    return float(round(dpi)) if abs(dpi - round(dpi)) <= HALF_PIXEL_TO_THE_METRE else dpi

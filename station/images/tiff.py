@@ -13,7 +13,9 @@ from restore import RestoredPage
 from restore.scan import Bytes
 from station.images.image_metadata import ImageMetadata, exif_time
 
-MODEL, XMP = 272, 700  # tags of TIFF 6.0, section 8, and of XMP specification part 3, 2.1
+MAKE, MODEL, ORIENTATION, XMP = 271, 272, 274, 700  # of TIFF 6.0, section 8, and of XMP specification part 3, 2.1
+MAKERS = {"vivid": "Minolta"}  # of devices by how their names begin
+UPRIGHT = 1  # the first row is the top
 
 
 def encode_tiff(image: Bytes, dpi: float, metadata: ImageMetadata | None = None) -> bytes:
@@ -23,9 +25,12 @@ def encode_tiff(image: Bytes, dpi: float, metadata: ImageMetadata | None = None)
 
 def _tags(metadata: ImageMetadata) -> dict[str, Any]:
     xmp = metadata.xmp()
-    extra: list[tuple[Any, ...]] = [(XMP, "B", len(xmp), xmp, True)]
+    extra: list[tuple[Any, ...]] = [(ORIENTATION, "H", 1, UPRIGHT, True), (XMP, "B", len(xmp), xmp, True)]
     if metadata.device is not None:
-        extra.append((MODEL, "s", 0, metadata.device.encode("ascii", "replace").decode(), True))
+        device = metadata.device.encode("ascii", "replace").decode()
+        extra.append((MODEL, "s", 0, device, True))
+        makers = [maker for model, maker in MAKERS.items() if device.lower().startswith(model)]
+        extra += [(MAKE, "s", 0, maker, True) for maker in makers]
     time = {} if metadata.time is None else {"datetime": exif_time(metadata.time)}
     return {"iccprofile": metadata.profile, "software": metadata.software, "extratags": extra, **time}
 

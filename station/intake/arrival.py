@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
-from restore.formats import scan_stem
+from station.intake.companions import stem_of_name
 from station.intake.listing import Listing, Stamp
 from station.run.one_page import SCAN_SUFFIX
 
 BLOCK = 2**20  # bytes that are copied at a time
+MAX_NAME_BYTES = 180  # a disk takes 255: the endings of results and records, and what is put before them, are below 75
+DIGITS = 12  # of the digest in place of the end of a longer name
+# What a disk says of a name or of a kind of file: it is about one scan, not about the disk.
+OF_A_NAME = {
+    errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ELOOP, errno.EINVAL, errno.EILSEQ,
+}  # fmt: skip
+# Of a network share that is not there just now.
+PASSING = {errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.EHOSTDOWN, errno.ENOTCONN, errno.ECONNRESET, errno.EAGAIN}
+
+
+class Unreadable(OSError):
+    """Raised when an original cannot be read, which is its fault, not the disk's that takes the copy."""
 
 
 class Changed(Exception):
@@ -48,12 +62,17 @@ class Arrival:
         files = {str(path.relative_to(source.parent)): path for path in inside}
         return cls(folder, source, files, tuple(listing[path] for path in inside))
 
-    @property
+    @cached_property
+    def own_stem(self) -> str:
+        """The name of the scan without its ending."""
+        if self.source.name in self.files:
+            return stem_of_name(self.source.name)
+        return self.source.name.removesuffix(SCAN_SUFFIX) or self.source.name
+
+    @cached_property
     def stem(self) -> str:
         """First part of the names of its results."""
-        if self.source.name in self.files:
-            return scan_stem(self.source)
-        return self.source.name.removesuffix(SCAN_SUFFIX) or self.source.name
+        return shortened(self.own_stem)
 
     @property
     def size(self) -> int:
@@ -71,8 +90,8 @@ class Arrival:
             digest.update(os.fsencode(name) + b"\0" + stamp.size.to_bytes(8, "big"))
             target = to / name
             target.parent.mkdir(parents=True, exist_ok=True)
-            with (self.folder / path).open("rb") as original, target.open("xb") as copy:
-                while block := original.read(BLOCK):
+            with _readable(self.folder / path) as original, target.open("xb") as copy:
+                while block := _read(original):
                     digest.update(block)
                     copy.write(block)
                 if Stamp.of(os.fstat(original.fileno())) != stamp or copy.tell() != stamp.size:
@@ -86,3 +105,34 @@ class Arrival:
             for path, stamp in zip(self.files.values(), self.stamps, strict=True)
         }
         return {"scan": str(self.source), "sha256": digest, "files": files}
+
+
+def shortened(name: str) -> str:
+    """A name of at most MAX_NAME_BYTES: the end of a longer one becomes a digest of the whole.
+
+    >>> shortened("page"), len(shortened("ä" * 127))
+    ('page', 97)
+    """
+    data = os.fsencode(name)
+    if len(data) <= MAX_NAME_BYTES:
+        return name
+    head = data[: MAX_NAME_BYTES - DIGITS - 1].decode("utf-8", "ignore")
+    return f"{head}~{hashlib.sha256(data).hexdigest()[:DIGITS]}"
+
+
+def _readable(path: Path) -> BinaryIO:
+    try:
+        return path.open("rb")
+    except OSError as error:
+        if error.errno == errno.ENOENT or error.errno in PASSING:
+            raise
+        raise Unreadable(error.errno, error.strerror, str(path)) from error
+
+
+def _read(file: BinaryIO) -> bytes:
+    try:
+        return file.read(BLOCK)
+    except OSError as error:
+        if error.errno in PASSING:
+            raise
+        raise Unreadable(error.errno, error.strerror, file.name) from error

@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path, PurePosixPath
+from typing import BinaryIO
 
-from restore.formats import IMAGE_SUFFIXES, SCAN_SUFFIXES, scan_stem
-from station.intake.listing import Listing, Stamp
+from restore.formats import IMAGE_SUFFIXES, SCAN_SUFFIXES
+from station.intake.kept import Kept
+from station.intake.listing import Listing
 
 # How each format names other files; `restore.formats` reads them, here they are only waited for.
 LINE_END = rb"(.+?)[ \t]*\r?$"
@@ -19,9 +22,13 @@ REFERENCES = {
     ".wrl": re.compile(rb'\bfilename\s+"([^"\n]+)"'),
     ".ply": re.compile(rb"^comment[ \t]+TextureFile[ \t]+" + LINE_END, re.MULTILINE | re.IGNORECASE),
 }
+MARKS = {".obj": b"mtllib", ".mtl": b"map_Kd", ".wrl": b"filename"}
+"""Words without which a file names no other: these are found ten times as fast as the expressions."""
 COLOURED_VERTICES = re.compile(rb"^property[ \t]+uchar[ \t]+red\b", re.MULTILINE)
 SELF_CONTAINED = ".glb"
 HEADER_BYTES = 2**16  # of a PLY: what follows may be binary
+BLOCK_BYTES = 2**22
+MAX_FILE_BYTES = 2**27  # of a scan file that names others
 MAX_REFERENCES = 64
 
 
@@ -53,66 +60,111 @@ class _Content:
 class Pairing:
     """Finds companions in a watched folder; each file is read once for as long as it does not change."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, kept: Kept | None = None) -> None:
+        """The folder, and what was kept of an earlier start."""
         self._folder = folder
-        self._read: dict[Path, tuple[Stamp, _Content]] = {}
+        self._kept = kept or Kept()
         self._listing: Listing = {}
+        self._by_name: dict[str, Path] = {}
         self._by_lower_case: dict[str, Path] = {}
 
     def update(self, listing: Listing) -> None:
         """Take a new listing."""
         self._listing = listing
-        self._by_lower_case = {str(path).lower(): path for path in listing}
-        self._read = {path: known for path, known in self._read.items() if path in listing}
+        self._by_name = {str(path): path for path in listing}
+        self._by_lower_case = {name.lower(): path for name, path in self._by_name.items()}
+        for name in [name for name in self._kept.contents if name not in self._by_name]:
+            del self._kept.contents[name]
 
     def companions(self, source: Path) -> Companions:
         """The companions of a listed scan. Raises OSError when a file cannot be read.
 
         Names are compared without regard to case, as the vendor's program does.
         """
-        named = dict(self._named(source))
+        named = dict(self._named(source, {source}))
         found = {name: path for name, path in named.items() if path is not None}
         picture = self._picture(source)
         if picture is not None:
-            found.setdefault(scan_stem(source) + picture.suffix.lower(), picture)
+            found.setdefault(stem_of_name(source.name) + picture.suffix.lower(), picture)
         complete = bool(found) or self._content(source).coloured
         return Companions(found, missing=None in named.values() or not complete)
 
-    def _named(self, source: Path) -> Iterator[tuple[str, Path | None]]:
-        """Names in a file and in the material files that it names, each with its path, None where there is none."""
+    def _named(self, source: Path, seen: set[Path]) -> Iterator[tuple[str, Path | None]]:
+        """Names in a file and in the material files that it names, each with its path, None where there is none.
+
+        seen: files that were read already; a material file may name itself, or the one that names it.
+        """
         for name in self._content(source).names:
-            path = self._lookup(source.parent, name)
-            yield name, path
-            if path is not None and path.suffix.lower() == ".mtl":
-                yield from self._named(path)
+            path = self._lookup(source, name)
+            yield str(PurePosixPath(name)), path
+            if path is not None and path.suffix.lower() == ".mtl" and path not in seen:
+                seen.add(path)
+                yield from self._named(path, seen)
 
     def _content(self, path: Path) -> _Content:
-        stamp = self._listing[path]
-        known = self._read.get(path)
+        stamp, suffix = self._listing[path], path.suffix.lower()
+        if suffix not in REFERENCES:
+            return _Content(coloured=suffix == SELF_CONTAINED)
+        if stamp.size > MAX_FILE_BYTES:  # which its reader refuses
+            return _Content()
+        known = self._kept.contents.get(str(path))
         if known is None or known[0] != stamp:
-            known = self._read[path] = stamp, _read(self._folder / path)
-        return known[1]
+            found = _read(self._folder / path, suffix)
+            self._kept.contents[str(path)] = stamp, found.names, found.coloured
+            self._kept.changed = True
+            return found
+        return _Content(*known[1:])
 
-    def _lookup(self, parent: Path, name: str) -> Path | None:
-        """The listed file that a name in a file of the folder `parent` means; never one outside that folder."""
-        parts = PurePosixPath(name).parts
-        if not parts or ".." in parts or parts[0] == "/":
+    def _lookup(self, source: Path, name: str) -> Path | None:
+        """The listed file that a name in a file means; never one outside the folder of that file."""
+        inside = _inside(name)
+        if inside is None:
             return None
-        path = parent.joinpath(*parts)
-        return path if path in self._listing else self._by_lower_case.get(str(path).lower())
+        path = beside(source, inside)
+        return self._by_name.get(path) or self._by_lower_case.get(path.lower())
 
     def _picture(self, source: Path) -> Path | None:
         """The picture with the name of the scan, in the order of preference."""
-        names = (str(source.parent / (scan_stem(source) + suffix)).lower() for suffix in IMAGE_SUFFIXES)
+        stem = beside(source, stem_of_name(source.name)).lower()
+        names = (stem + suffix for suffix in IMAGE_SUFFIXES)
         return next((self._by_lower_case[name] for name in names if name in self._by_lower_case), None)
 
 
-def _read(path: Path) -> _Content:
-    suffix = path.suffix.lower()
-    if suffix not in REFERENCES:
-        return _Content(coloured=suffix == SELF_CONTAINED)
+def stem_of_name(name: str) -> str:
+    """The name of a scan file without its ending, as `scan_stem` has it, and without a look at the disk."""
+    return PurePosixPath(name[:-3] if name.lower().endswith(".abs.gz") else name).stem
+
+
+def beside(path: Path, name: str) -> str:
+    """The path of a name in the folder of a file, as text."""
+    place = str(path)
+    return place[: len(place) - len(path.name)] + name
+
+
+@lru_cache(1024)
+def _inside(name: str) -> str | None:
+    """A relative path without detours; None for one that leads out of its folder."""
+    parts = PurePosixPath(name).parts
+    return None if not parts or ".." in parts or parts[0] == "/" else "/".join(parts)
+
+
+def _read(path: Path, suffix: str) -> _Content:
+    """What a file says of others: at its head, where they all write it, else anywhere."""
     with path.open("rb") as file:
-        data = file.read(HEADER_BYTES) if suffix == ".ply" else file.read()
+        data = file.read(HEADER_BYTES)
+        if suffix != ".ply" and not REFERENCES[suffix].search(data.rpartition(b"\n")[0]):
+            data = _with_mark(file, data, MARKS[suffix])
     names = (match.decode("utf-8", "replace").replace("\\", "/") for match in REFERENCES[suffix].findall(data))
     coloured = suffix == ".ply" and COLOURED_VERTICES.search(data) is not None
     return _Content(tuple(dict.fromkeys(names))[:MAX_REFERENCES], coloured)
+
+
+def _with_mark(file: BinaryIO, head: bytes, mark: bytes) -> bytes:
+    """The lines of a file that hold a mark, from block to block: never more of it at a time. head: what was read."""
+    found, rest = list[bytes](), head
+    while block := file.read(BLOCK_BYTES):
+        lines, _, rest = (rest + block).rpartition(b"\n")
+        if mark in lines:
+            found += [line for line in lines.split(b"\n") if mark in line]
+        rest = rest if len(rest) < BLOCK_BYTES else b""  # a line of megabytes names nothing
+    return b"\n".join([*found, rest])

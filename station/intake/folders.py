@@ -18,9 +18,9 @@ def check_folders(folder: Path, out: Path) -> None:
     """Raise UsageError unless the watched folder exists, and lies neither in a session nor at or in the results."""
     if not folder.is_dir():
         raise UsageError(
-            f"{folder} is no folder", "name a folder of scans; planish session list tells where sessions lie"
+            f"{folder} is not a folder", "name a folder of scans; planish session list shows where sessions are"
         )
     if session := session_around(folder):
-        raise UsageError(f"{folder} is no folder of scans", f"{session} is {batch_instead(session)}")
+        raise UsageError(f"{folder} is not a folder of scans", f"{session} is {batch_instead(session)}")
     if folder == out or folder.is_relative_to(out):
         raise UsageError(f"the results in {out} would be scans in {folder}", "choose another folder with -o")

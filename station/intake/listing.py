@@ -10,16 +10,15 @@ import fcntl
 import os
 import signal
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from station.storage.session_folder import is_session
 
 MAX_DEPTH = 16  # of sub-folders; more is a circle of mounts
 
 
-@dataclass(frozen=True)
-class Stamp:
+class Stamp(NamedTuple):
     """What changes with the content of a file: size in bytes, modification time in ns.
 
     Not the inode: some network shares make up another one each time.

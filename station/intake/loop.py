@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import shutil
 import time
 from collections import Counter
@@ -13,9 +12,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import Literal
 
-from station.errors import UsageError
+from restore.runtime import LibraryMissing
+from station.errors import StationError, UsageError, explain
 from station.intake import records
-from station.intake.arrival import Arrival, Changed
+from station.intake.arrival import OF_A_NAME, PASSING, Arrival, Changed
 from station.intake.companions import Pairing, is_scan
 from station.intake.folders import batch_instead, check_folders
 from station.intake.listing import Quiet, Stamp, has_writer, list_files
@@ -29,8 +29,6 @@ SETTLE_S = 3.0  # without a change: copying programs write several times a secon
 PAIR_S = 30.0  # for files that belong to a scan: programs write them one after the other
 
 STAGED = "arrival"
-# Of a network share that is not there just now.
-PASSING = {errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.EHOSTDOWN, errno.ENOTCONN, errno.ECONNRESET, errno.EAGAIN}
 
 Event = Literal["restored", "set aside", "waiting", "left out"]
 State = Literal["done", "worked", "waiting"]
@@ -122,14 +120,29 @@ class Watch:
         except (Changed, FileNotFoundError):
             return "waiting"
         except OSError as error:
+            if error.errno in OF_A_NAME:
+                return self._give_up(source, error)
             if error.errno not in PASSING:
                 raise
             self._wait(source, UsageError(f"cannot be read just now: {error.strerror}"))
             return "waiting"
+        except (StationError, LibraryMissing):
+            raise
+        except Exception as error:
+            return self._give_up(source, error)
         if state != "waiting":
             self._done[source] = arrival.stamps
             self._told.pop(source, None)
         return state
+
+    def _give_up(self, source: Path, error: Exception) -> State:
+        """Notify, once, of a scan that cannot even be looked at, nor a note of it be written."""
+        reason = explain(error).message
+        if self._told.get(source) != reason:
+            self._told[source] = reason
+            self.counts["set aside"] += 1
+            self.notify("set aside", source, reason)
+        return "done"
 
     def _arrival(self, source: Path) -> tuple[Arrival, bool]:
         """The scan with its companions, and whether some of them are missing. Raises OSError."""

@@ -11,7 +11,7 @@ from typing import Any, Literal, Protocol
 from restore.runtime import LibraryMissing
 from station.errors import StationError, explain
 from station.intake import records
-from station.intake.arrival import Arrival
+from station.intake.arrival import OF_A_NAME, Arrival, Unreadable
 from station.run.one_page import Destination, Outcome
 from station.run.options import AUTO, RunOptions
 from station.workers.process import MAX_ATTEMPTS
@@ -31,7 +31,7 @@ class Restore(Protocol):
     """Restores a scan file; see `station.run.one_page.restore_file`."""
 
     def __call__(
-        self, source: Path, destination: Destination, options: RunOptions, *, facts: Mapping[str, Any]
+        self, source: Path, destination: Destination, options: RunOptions, *, facts: Mapping[str, Any], stem: str | None
     ) -> Outcome: ...
 
 
@@ -58,23 +58,37 @@ def restore_once(
     *,
     now: Now = records.utc,
     causes: Sequence[str] = (),
+    memory_is_shared: bool = False,
 ) -> Settled:
     """Copy a scan to the empty folder `staged` and restore the copy, or set the scan aside when it cannot be restored.
 
-    causes: how earlier processes that restored it ended, where that is known.
+    causes: how earlier processes that restored it ended, where that is known. memory_is_shared: the process has a part
+    of the memory, so that MemoryError is raised, which is not the scan's fault.
     Raises Changed, OSError and other faults that are not the scan's.
     """
     try:
-        digest = arrival.copy(staged)
-    except PermissionError as error:
+        return _restored_once(arrival, out, options, staged, restore, now, causes, memory_is_shared)
+    except (PermissionError, Unreadable) as error:
         reasons = [f"cannot read {error.filename}: {error.strerror}"]
-        return _set_aside(arrival, out, UNREADABLE, reasons, now())
+    except OSError as error:
+        if error.errno not in OF_A_NAME:
+            raise
+        reasons = [f"its name cannot be used here: {error.strerror} ({error.filename})"]
+    records.end_attempt(out, arrival)
+    return _set_aside(arrival, out, UNREADABLE, reasons, now())
+
+
+def _restored_once(
+    arrival: Arrival, out: Path, options: RunOptions, staged: Path, restore: Restore, now: Now, causes: Sequence[str],
+    memory_is_shared: bool,
+) -> Settled:  # fmt: skip
+    digest = arrival.copy(staged)
     if known := records.find_result(out, arrival, digest):
         records.end_attempt(out, arrival)
         return Settled("done", known)
     if records.failed_digest(out, arrival) == digest:
         return Settled("done", records.note_of(out, arrival))
-    if records.begin_attempt(out, arrival, digest) >= MAX_ATTEMPTS:
+    if max(records.begin_attempt(out, arrival, digest), len(causes)) >= MAX_ATTEMPTS:
         how = f": {'; '.join(dict.fromkeys(causes))}" if causes else ""
         reason = f"the program has ended {MAX_ATTEMPTS} times while it restored this scan{how}"
         return _set_aside(arrival, out, digest, [reason], now())
@@ -83,12 +97,16 @@ def restore_once(
     facts = {"scan": str(original), "arrival": arrival.as_data(digest)}
     if is_range_image(original):
         options = replace(options, unit=AUTO)
+    stem = None if arrival.stem == arrival.own_stem else arrival.stem
     try:
-        restore(staged / arrival.source.name, Destination(folder), options, facts=facts)
+        restore(staged / arrival.source.name, Destination(folder), options, facts=facts, stem=stem)
     except (OSError, StationError, LibraryMissing):  # a fault of the disk, the results or this computer
         records.end_attempt(out, arrival)
         raise
     except Exception as error:
+        if memory_is_shared and isinstance(error, MemoryError):
+            records.end_attempt(out, arrival)
+            raise
         fault = explain(error)
         lines = [line.replace(str(staged), str(original.parent)) for line in (fault.message, *fault.hints)]
         return _set_aside(arrival, out, digest, lines, now())

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import glob
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
 from restore.files import read_regular
-from station.intake.arrival import Arrival
+from station.intake.arrival import Arrival, shortened
 from station.storage.disk import sync_folder, write_file
 
 FAILED, NOTE, ATTEMPT = "failed", ".txt", ".attempt"
@@ -34,7 +35,7 @@ def reports_of(folder: Path, arrival: Arrival) -> list[Path]:
 
 def result_folders(out: Path, arrival: Arrival) -> Iterator[Path]:
     """The folders that its results may lie in, without end: scans of the same name, and later versions, are counted."""
-    base = out / arrival.source.parent
+    base = _folder(out, arrival.source.parent)
     for number in count(1):
         yield base / (arrival.stem if number == 1 else f"{arrival.stem}-{number}")
 
@@ -42,7 +43,7 @@ def result_folders(out: Path, arrival: Arrival) -> Iterator[Path]:
 def find_result(out: Path, arrival: Arrival, digest: str | None = None) -> Path | None:
     """The folder with the results of this very arrival, None when it has none. digest: None compares the stamps."""
     for folder in result_folders(out, arrival):
-        if _is_free(folder):
+        if _is_free(folder, arrival.stem):
             return None
         known = next(map(_arrival_in, reports_of(folder, arrival)), {})
         if known.get("scan", known.get("source")) != str(arrival.source):
@@ -54,12 +55,12 @@ def find_result(out: Path, arrival: Arrival, digest: str | None = None) -> Path 
 
 def free_folder(out: Path, arrival: Arrival) -> Path:
     """The first folder for results that has no files yet."""
-    return next(folder for folder in result_folders(out, arrival) if _is_free(folder))
+    return next(folder for folder in result_folders(out, arrival) if _is_free(folder, arrival.stem))
 
 
 def note_of(out: Path, arrival: Arrival) -> Path:
     """The note of a failure of the arrival."""
-    return out / FAILED / arrival.source.parent / (arrival.source.name + NOTE)
+    return _record(out, arrival, NOTE)
 
 
 def failed_digest(out: Path, arrival: Arrival) -> str | None:
@@ -138,12 +139,39 @@ def _put(path: Path, data: bytes) -> None:
 
 
 def _attempt_of(out: Path, arrival: Arrival) -> Path:
-    return out / FAILED / arrival.source.parent / (arrival.source.name + ATTEMPT)
+    return _record(out, arrival, ATTEMPT)
 
 
-def _is_free(folder: Path) -> bool:
+def _record(out: Path, arrival: Arrival, ending: str) -> Path:
+    """A record of the arrival; where a folder has its name, the first that is free."""
+    folder = _folder(out / FAILED, arrival.source.parent)
+    names = _counted(shortened(arrival.source.name))
+    return next(path for name in names if not (path := folder / (name + ending)).is_dir())
+
+
+def _folder(base: Path, sub: Path) -> Path:
+    """The folder of a sub-folder's results; where a file has the name of one, as a page may, the first that is free."""
+    here = base
+    for part in sub.parts:
+        here = next(path for name in _counted(part) if not _is_file(path := here / name))
+    return here
+
+
+def _counted(name: str) -> Iterator[str]:
+    return chain([name], (f"{name}-{number}" for number in count(2)))
+
+
+def _is_file(path: Path) -> bool:
+    return os.path.lexists(path) and not path.is_dir()
+
+
+def _is_free(folder: Path, stem: str) -> bool:
+    """Whether nothing is in the folder but those of sub-folders, none of them in the way of a result."""
     try:
-        return not any(entry.is_file() or entry.is_symlink() for entry in folder.iterdir())
+        return not any(
+            entry.is_file() or entry.is_symlink() or entry.name.startswith((f"{stem}.", f"{stem}-"))
+            for entry in folder.iterdir()
+        )
     except FileNotFoundError:
         return True
     except NotADirectoryError:

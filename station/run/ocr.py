@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from restore import BadInput
+from restore import BadInput, Finding
 from restore.formats import read_bytes
 from station.export.pdf import encode_pdf
 from station.images.pages import find_pages, read_page
@@ -16,7 +16,7 @@ from station.run.overwrite_check import refuse_originals
 from station.storage.atomic import lock_output_folder, refuse_existing, write_all
 from station.storage.session_folder import refuse_session
 from station.words.ocr_precision import MatchCount, count_matching_characters, count_matching_words
-from station.words.words import find_tesseract, recognise
+from station.words.words import find_tesseract, findings_of_words, recognise
 
 IN_SESSION = "what lies in a session is its record: choose a folder outside it with -o"
 ENDINGS = (".txt", "-alto.xml", ".hocr", ".pdf")
@@ -24,11 +24,12 @@ ENDINGS = (".txt", "-alto.xml", ".hocr", ".pdf")
 
 @dataclass(frozen=True)
 class PageRead:
-    """A page, its output files, the number of recognised words, and the precision where a transcript was given."""
+    """A page, its output files, the number of recognised words, findings, and precision where there is a transcript."""
 
     page: Path
     files: tuple[Path, ...]
     count: int
+    findings: tuple[Finding, ...] = ()
     words: MatchCount | None = None
     characters: MatchCount | None = None
 
@@ -78,7 +79,7 @@ def _read(page: Path, paths: list[Path], printed: str | None, *, language: str, 
         if printed is None
         else (count_matching_words(printed, words.text), count_matching_characters(printed, words.text))
     )
-    return PageRead(page, tuple(files), len(words.text.split()), *measured)
+    return PageRead(page, tuple(files), len(words.text.split()), findings_of_words(words), *measured)
 
 
 def as_data(read: PageRead) -> dict[str, Any]:
@@ -98,6 +99,7 @@ def summary_line(read: PageRead) -> str:
     for name, matches in (("words", read.words), ("characters", read.characters)):
         if matches is not None:
             lines.append(f"{name:<10} {matches.precision:.1%} right: {matches.correct} of {matches.total}")
+    lines += [f"{one.severity:<10} {one.text}" for one in read.findings]
     return "\n".join([*lines, *(f"{'file':<10} {path}" for path in read.files)])
 
 
@@ -105,4 +107,4 @@ def _text(path: Path) -> str:
     try:
         return read_bytes(path).decode("utf-8")
     except UnicodeDecodeError as error:
-        raise BadInput(f"{path} is no text: {error}", "give a text file in UTF-8") from error
+        raise BadInput(f"{path} is not text: {error}", "give a text file in UTF-8") from error

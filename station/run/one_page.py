@@ -19,15 +19,17 @@ from restore import (
     RestoredPage,
     RestoreError,
     SurfaceMesh,
+    finish_page,
     load_capture,
     load_scan,
+    mirror_page,
     read_photographs,
     restore,
     save_scan,
     super_resolve,
 )
 from restore.formats import referenced_files, scan_stem
-from station.choices import Rotation
+from station.choices import Layout, Rotation
 from station.config import StationConfig
 from station.errors import UsageError
 from station.export import outputs
@@ -39,12 +41,13 @@ from station.run.destination import Clock, Destination, Outcome, SourceRecord
 from station.run.options import RunOptions
 from station.run.overwrite_check import check_outputs, superseded, superseded_pieces
 from station.run.peak_memory import peak_memory_mib
-from station.run.pieces import Selected, select_sheets
+from station.run.pieces import Selected, select_leaves, select_sheets
 from station.run.plausibility import check_plausible_page
+from station.run.scale import page_size_of, scaled_to
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured, refuse_existing, write_all
 from station.storage.folder_lock import FolderLock, recover
 from station.words.orientation import turned
-from station.words.words import check_language, find_tesseract, recognise
+from station.words.words import check_language, find_tesseract, findings_of_words, recognise
 
 SCAN_SUFFIX = ".scan"
 
@@ -80,6 +83,7 @@ def restore_file(
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(options)
+    page_mm = None if options.scale is None else page_size_of(options.scale)
     recover(destination.folder)
     stem, options = stem or stem_of(source), options.with_implied_outputs()
     input_files = [source, *([] if texture is None else [texture]), *photos, *shots]
@@ -92,12 +96,17 @@ def restore_file(
         capture = load_capture(source, texture, unit=options.unit)
         if shots and capture.photographs:
             raise UsageError(f"{source} has its own photographs", "leave --extra-scan out; --photo adds another")
+        if page_mm is not None and capture.photographs:
+            raise UsageError(f"{source} has its own scale", "leave --scale out")
         scan = _combined_shots([capture.scan, *(load_scan(shot) for shot in shots)])
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
     report_fields: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
     report_fields |= {"extra_scans": [str(shot) for shot in shots]} if shots else {}
     report_fields |= facts or {}
+    if page_mm is not None:
+        scan = scaled_to(scan, page_mm, options.sheets)
+        report_fields["scale"] = options.scale
     source_record = SourceRecord(report_fields, {"load": clock() - start})
     with lock_output_folder(destination.folder) as lock:
         return restore_scan(
@@ -226,7 +235,9 @@ def _combined_shots(shots: Sequence[RangeScan | SurfaceMesh]) -> RangeScan | Sur
         return shots[0]
     scans = [shot for shot in shots if isinstance(shot, RangeScan)]
     if len(scans) < len(shots):
-        raise BadInput("a mesh is no shot of the scanner", "give scans as the scanner made them with --extra-scan")
+        raise BadInput(
+            "a mesh is not a capture of the scanner", "give scans as the scanner made them with --extra-scan"
+        )
     return super_resolve(scans)
 
 
@@ -255,7 +266,10 @@ def restore_scan(
 ) -> Outcome:
     """Restore the sheets of a scan and write them, with the photographs that they are painted from."""
     start = clock()
-    sheets = select_sheets(scan, options.sheets)
+    if options.layout == Layout.SINGLE and options.edits is None:
+        sheets = select_sheets(scan, options.sheets)
+    else:
+        sheets = select_leaves(scan, options.layout, options.settings, options.edits)
     source_record = replace(source_record, seconds={**source_record.seconds, "separate": clock() - start})
     if len(sheets) > 1:
         planned = [path for sheet in sheets for path in destination.files(stem + sheet.suffix, options)]
@@ -294,8 +308,14 @@ def restore_scan(
     written = tuple(write_all(contents(), force=destination.force, lock=lock, superseded=gone))
     if len(sheets) == 1:
         return replace(pages[0], files=written)
-    left_out = [{**sheet.report_fields["sheet"], "reason": str(error)} for sheet, error in failures]
+    left_out = [{**_name_of(sheet), "reason": str(error)} for sheet, error in failures]
     return Outcome({"sheets": [page.report for page in pages], "rejected": left_out}, written, tuple(pages))
+
+
+def _name_of(sheet: Selected) -> dict[str, Any]:
+    """What the report calls a sheet that is not a page: its number, or the side of the gutter that it is on."""
+    fields = sheet.report_fields
+    return dict(fields["sheet"]) if "sheet" in fields else {"part": fields["part"]}
 
 
 def _restore_sheet(
@@ -313,22 +333,26 @@ def _restore_sheet(
     """One sheet restored, its words read when they are asked for, with its report."""
     recorder = Recorder() if options.outputs & {"frames", "model"} else None
     start, stem = clock(), stem + sheet.suffix
-    page = restore(sheet.sheet or sheet.scan, options.settings, photos=photos, progress=progress, on_step=recorder)
+    settings = options.settings if sheet.edits is None else sheet.edits.settings_of(options.settings)
+    page = restore(sheet.sheet or sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
+    page = finish_page(page, sheet.edits) if sheet.edits else page
     if not options.allow_distorted:
         check_plausible_page(page.report, len(page.fine.faces))
     if options.to_srgb and options.colours is not None and page.flat.texture is not None:
         page = convert_to_srgb(page, options.colours)
-    page, turn_findings = turned(page, options.rotate)
+    page = mirror_page(page) if options.mirror else page
+    page, word_findings = turned(page, options.rotate, language=options.language)
     seconds = {**source_record.seconds, **page.report["seconds"]}
     words = None
     if "ocr" in options.outputs:
         before = clock()
         words = recognise(page.image, page.dpi, name=f"{stem}.png", language=options.language)
+        word_findings += findings_of_words(words)
         seconds["ocr"] = clock() - before
     seconds["total"] = sum(source_record.seconds.values()) + clock() - start
     names = [path.name for path in destination.files(stem, options, colour=page.flat.texture is not None)]
     run_fields = {"seconds": seconds, "peak_memory_mb": peak_memory_mib(), "files": names, **sheet.report_fields}
-    found = [*page.findings, *source_record.findings, *sheet.findings, *turn_findings]
+    found = [*page.findings, *source_record.findings, *sheet.findings, *word_findings]
     run_fields["findings"] = [one.as_json() for one in found]
     fields = {**page.report, **source_record.report_fields, **run_fields, **examine(page, sheet.scan)}
     report = finite(fields)

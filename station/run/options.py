@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from restore import Settings
-from station.choices import Rotation, Sheets
+from restore import PageEdits, Settings
+from station.choices import Layout, Rotation, Sheets
 
 AUTO = "auto"
 
@@ -20,8 +20,11 @@ class RunOptions:
     colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
     to_srgb   convert the page from that profile to sRGB; the master keeps codes and profile.
     unit      of a mesh's coordinates, as for `load_scan`; range images have their own.
-    scale     of photographs, as `planish photos` has it; None for a scan.
+    scale     of photographs, as `planish photos` has it, or the size of the page of a mesh; None for that of the scan.
     sheets    what becomes of several sheets in one scan.
+    layout    what becomes of an opened book.
+    mirror    mirror the page from left to right, before it is turned.
+    edits     corrections by hand; their layout takes the place of `layout`.
     rotate    right angles by which the page is turned.
     allow_distorted    write a page whose surface is no page's, too.
     """
@@ -34,6 +37,9 @@ class RunOptions:
     unit: str = AUTO
     scale: str | None = None
     sheets: Sheets = Sheets.AUTO
+    layout: Layout = Layout.SINGLE
+    mirror: bool = False
+    edits: PageEdits | None = None
     rotate: Rotation = Rotation.NONE
     allow_distorted: bool = False
 

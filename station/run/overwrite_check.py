@@ -6,7 +6,7 @@ import errno
 import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import count
+from itertools import count, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -56,19 +56,21 @@ def superseded(report: Path, possible: Sequence[Path], input_files: Sequence[Pat
 
 
 def superseded_pieces(folder: Path, stem: str, scan: str, input_files: Sequence[Path]) -> list[Path]:
-    """The files of `<stem>-1`, `<stem>-2` and so on that an earlier run wrote for the sheets of the same scan.
+    """The files of `<stem>-1`, `<stem>-left` and so on that an earlier run wrote for the sheets of the same scan.
 
     scan: as its report names it. Results of another scan of such a name stay.
     """
+
+    def is_earlier(suffix: object) -> bool:
+        content = _read_report(folder / f"{stem}-{suffix}.json")
+        return content.get("scan") == scan and ("sheet" in content or "part" in content)
+
+    sides = [side for side in ("left", "right") if is_earlier(side)]
     files: list[Path] = []
-    for number in count(1):
-        report = folder / f"{stem}-{number}.json"
-        content = _read_report(report)
-        if content.get("scan") != scan or "sheet" not in content:
-            return files
-        possible = [folder / name for name in outputs.names(f"{stem}-{number}", outputs.KINDS)]
-        files += superseded(report, possible, input_files)
-    raise AssertionError  # count never ends
+    for suffix in (*sides, *takewhile(is_earlier, count(1))):
+        possible = [folder / name for name in outputs.names(f"{stem}-{suffix}", outputs.KINDS)]
+        files += superseded(folder / f"{stem}-{suffix}.json", possible, input_files)
+    return files
 
 
 def _is_same_file(a: Path, b: Path) -> bool:
@@ -78,7 +80,7 @@ def _is_same_file(a: Path, b: Path) -> bool:
 def _refuse_unreported(files: Sequence[Path], reported: frozenset[str]) -> None:
     for path in files:
         if os.path.lexists(path) and path.name not in reported:
-            raise OverwriteError(f"{path} lies beside the original and no earlier run wrote it", HINT)
+            raise OverwriteError(f"{path} lies next to the original and no earlier run wrote it", HINT)
 
 
 def _reported_files(report: Path) -> frozenset[str]:

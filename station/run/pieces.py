@@ -4,11 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
-from restore import BadInput, Finding, RangeScan, SurfaceMesh, separate_sheets
+from restore import (
+    BadInput,
+    Finding,
+    PageEdits,
+    PartEdits,
+    RangeScan,
+    Settings,
+    SurfaceMesh,
+    correct_leaves,
+    find_leaves,
+    separate_sheets,
+)
 from restore.scan import ScannedSheet
-from station.choices import Sheets
+from station.choices import Layout, Sheets
+
+# of the size of the page: what is left out may be the other half of the page, or another page as important
+LARGE = 0.5
+LAYOUTS: Mapping[Layout, Literal["auto", "split", "whole"]] = {
+    Layout.AUTO: "auto",
+    Layout.SPLIT: "split",
+    Layout.WHOLE: "whole",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,6 +37,7 @@ class Selected:
     sheet          as it was found in the scan; None for a scan that is restored as a whole.
     suffix         of its results' stem.
     report_fields  that it adds to the report.
+    edits          corrections of its page by hand.
     """
 
     scan: RangeScan | SurfaceMesh
@@ -25,6 +45,7 @@ class Selected:
     suffix: str = ""
     report_fields: Mapping[str, Any] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
+    edits: PartEdits | None = None
 
 
 def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets) -> list[Selected]:
@@ -40,20 +61,68 @@ def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets) -> list[Selecte
         return [Selected(scan, sheet) for sheet in sheets]
     if pieces == Sheets.TOGETHER:
         raise BadInput(
-            f"a range image of {len(sheets)} pieces cannot be laid out in one picture",
+            f"a range image of {len(sheets)} pieces cannot be packed in one image",
             "use --sheets separate or largest",
         )
     if pieces == Sheets.AUTO:
         if is_mesh and not all(sheet.is_rectangular for sheet in sheets):
             return [Selected(scan)]
+        if any(sheet.part for sheet in sheets):
+            return _leaves(sheets)
         pieces = Sheets.SEPARATE if is_mesh else Sheets.LARGEST
     return [_largest(sheets)] if pieces == Sheets.LARGEST else _each(sheets)
 
 
+def select_leaves(
+    scan: RangeScan | SurfaceMesh, layout: Layout, settings: Settings, edits: PageEdits | None = None
+) -> list[Selected]:
+    """The leaves of an opened book, or the page that any other scan holds, corrected by hand where there are edits.
+
+    Raises NotEnoughSurface without any surface, BadInput for a split without a valley and edits that do not fit.
+    """
+    leaves = correct_leaves(scan, edits, settings) if edits else find_leaves(scan, LAYOUTS[layout], settings)
+    sizes = [sheet.size for sheet in leaves.parts.values()]
+    others = [sheet for sheet in leaves.left_out if not sheet.part]
+    found = leaves.findings + (_left_out(others, max(sizes), len(others) + 1) if others else ())
+    return [
+        Selected(
+            sheet.scan,
+            sheet,
+            "" if len(sizes) == 1 or part == "page" else f"-{part}",
+            leaves.fields(part),
+            found,
+            None if edits is None else edits.part(part),
+        )
+        for part, sheet in leaves.parts.items()
+    ]
+
+
 def _largest(sheets: list[ScannedSheet]) -> Selected:
     *others, largest = sorted(sheets, key=lambda sheet: sheet.size)
-    found = Finding.of("largest_of_pieces", others[-1].size / largest.size, count=len(sheets))
-    return Selected(largest.scan, largest, findings=(found,))
+    return Selected(largest.scan, largest, findings=_left_out(others, largest.size, len(sheets)))
+
+
+def _leaves(sheets: list[ScannedSheet]) -> list[Selected]:
+    """The two leaves of an opened book, each as a page."""
+    leaves = [sheet for sheet in sheets if sheet.part]
+    others = [sheet for sheet in sheets if not sheet.part]
+    found = _left_out(others, max(leaf.size for leaf in leaves), len(sheets)) if others else ()
+    return [
+        Selected(
+            leaf.scan,
+            leaf,
+            f"-{leaf.part}",
+            {name: getattr(leaf, name) for name in ("part", "gutter_hidden_mm")},
+            found,
+        )
+        for leaf in leaves
+    ]
+
+
+def _left_out(others: list[ScannedSheet], size: float, count: int) -> tuple[Finding, ...]:
+    """The finding of sheets that are not restored; size: of the page, in their unit."""
+    share = max(sheet.size for sheet in others) / size
+    return (Finding.of("largest_of_pieces" if share < LARGE else "large_sheet_left_out", share, count=count),)
 
 
 def _each(sheets: list[ScannedSheet]) -> list[Selected]:

@@ -20,7 +20,7 @@ def check_plausible_page(report: Mapping[str, Any], faces: int) -> None:
     strain, inverted = report["strain"]["rms"], report["flipped_faces"]
     if strain > MAX_STRAIN or inverted > MAX_INVERTED * faces:
         raise NotEnoughSurface(
-            f"the surface is no page: laid flat it has {strain:.0%} rms strain (limit {MAX_STRAIN:.0%}) and {inverted} "
-            f"of {faces} triangles inverted (limit {MAX_INVERTED:.0%})",
+            f"the surface is not a page: flattened it has {strain:.0%} rms strain (limit {MAX_STRAIN:.0%}) and "
+            f"{inverted} of {faces} triangles inverted (limit {MAX_INVERTED:.0%})",
             "scan a sheet by itself, or cut it out of the mesh; --allow-distorted writes the page all the same",
         )

@@ -216,7 +216,7 @@ def _require_stage(config: StationConfig) -> TurntableSettings:
 
 def _require_axis(stage: TurntableSettings) -> AxisSettings:
     if stage.axis is None:
-        raise UsageError("the configuration does not tell where the stage's axis is", NO_AXIS)
+        raise UsageError("the configuration does not say where the stage's axis is", NO_AXIS)
     return stage.axis
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+import shutil
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from restore.formats import SCAN_SUFFIXES
 from station.intake.companions import Pairing, is_scan
 from station.intake.listing import list_files
 from station.session.events import Event
-from station.session.steps import add_files
+from station.session.steps import CAPTURING, Staged, record_staged, stage_files
 from station.session.store import Writer
 
 
@@ -44,12 +45,23 @@ def gather(path: Path) -> Gathered:
     listing = list_files(path.parent, without=path.parent)
     if not is_scan(source) or source not in listing:
         raise BadInput(
-            f"{path} is no scan file that is known", f"give a scan folder, or one of {', '.join(SCAN_SUFFIXES)}"
+            f"{path} is not a scan file that is known", f"give a scan folder, or one of {', '.join(SCAN_SUFFIXES)}"
         )
     pairing = Pairing(path.parent)
     pairing.update(listing)
     found = pairing.companions(source).found
     return Gathered(path.name, {path.name: path, **{name: path.parent / place for name, place in found.items()}})
+
+
+def add_originals(writer: Writer, paths: Sequence[Path], *, unit: str = "auto") -> list[Event]:
+    """Store scans of others as new pages, all of them or none; returns their events. Raises as `add_original`."""
+    copies = [f"{CAPTURING}-{number}" for number in range(len(paths))]
+    try:
+        staged = [_stage(writer, path, unit, copy) for path, copy in zip(paths, copies, strict=True)]
+        return [record_staged(writer, one) for one in staged]
+    finally:
+        for copy in copies:
+            shutil.rmtree(writer.staging(copy), ignore_errors=True)
 
 
 def add_original(writer: Writer, path: Path, *, page: int | None = None, unit: str = "auto") -> Event:
@@ -58,6 +70,11 @@ def add_original(writer: Writer, path: Path, *, page: int | None = None, unit: s
     unit: of a mesh's coordinates, as for `load_scan`; kept for the restoration.
     Raises BadInput for what cannot be read as a scan, OSError.
     """
+    return record_staged(writer, _stage(writer, path, unit, CAPTURING), page=page)
+
+
+def _stage(writer: Writer, path: Path, unit: str, name: str) -> Staged:
+    """A copy of a scan of others that can be read. Raises as `add_original`."""
     gathered = gather(path)
     facts = {
         "by": "session add",
@@ -77,4 +94,4 @@ def add_original(writer: Writer, path: Path, *, page: int | None = None, unit: s
             message = str(error).replace(str(copy), str(path)).replace(str(copy.parent), str(path.parent))
             raise BadInput(message, error.hint) from error
 
-    return add_files(writer, gathered.files, gathered.source, page=page, facts=facts, inspect=provenance)
+    return stage_files(writer, gathered.files, gathered.source, facts=facts, inspect=provenance, name=name)

@@ -25,11 +25,12 @@ DECLARATION = b"BagIt-Version: 1.0\nTag-File-Character-Encoding: UTF-8\n"
 
 def fixed_files(first: Event) -> dict[str, bytes]:
     """bagit.txt and bag-info.txt: functions of the first event, which says what the session is of."""
-    volume = first.facts["volume"]
+    volume = first.facts.get("volume")
+    volume = volume if isinstance(volume, dict) else {}  # of a damaged record, which is told of where it is read
     info = {
         "Bag-Software-Agent": first.software,
         "Bagging-Date": first.time[:10],
-        "External-Identifier": first.facts["id"],
+        "External-Identifier": first.facts.get("id", ""),
         "External-Description": volume.get("title", ""),
         "Bag-Group-Identifier": volume.get("project", ""),
         "Source-Organization": volume.get("organisation", ""),
@@ -37,9 +38,10 @@ def fixed_files(first: Event) -> dict[str, bytes]:
     return {BAGIT: DECLARATION, BAG_INFO: _bag_info(info)}
 
 
-def _bag_info(fields: Mapping[str, str]) -> bytes:
+def _bag_info(fields: Mapping[str, object]) -> bytes:
     """The fields, a line each; line breaks and tabs in a value become blanks."""
-    return "".join(f"{name}: {' '.join(value.split())}\n" for name, value in fields.items() if value.strip()).encode()
+    texts = {name: " ".join(str(value).split()) for name, value in fields.items()}
+    return "".join(f"{name}: {text}\n" for name, text in texts.items() if text).encode()
 
 
 def manifest_lines(event: Event) -> bytes:
@@ -81,6 +83,6 @@ def check_name(name: str) -> None:
     try:
         name.encode()
     except UnicodeEncodeError as error:
-        raise BadInput(f"{name!r} is no name in UTF-8", "rename the file") from error
+        raise BadInput(f"{name!r} is not a name in UTF-8", "rename the file") from error
     if "%" in name or any(unicodedata.category(character) == "Cc" for character in name):
         raise BadInput(f"{name!r} holds a per cent sign or a control character", "rename the file")

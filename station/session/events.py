@@ -135,14 +135,18 @@ def decode(line: bytes) -> Event:
         event: Event = _ADAPTER.validate_json(line)
         same = encode(event) == line
     except (ValidationError, ValueError, RecursionError, TypeError) as error:
-        raise EventDamaged(f"it is no record of an event: {str(error).splitlines()[0]}") from error
+        raise EventDamaged(f"it is not a record of an event: {str(error).splitlines()[0]}") from error
     if not same:
         raise EventDamaged("it is not written as a record is")
     problem = _problem(event)
     if problem:
         raise EventDamaged(problem)
     if event.format == OLDER_FORMAT:
-        return OlderEvent(**{**vars(event), "facts": current_facts(event.facts)}, written=line)
+        try:
+            facts = current_facts(event.facts)
+        except (LookupError, TypeError, ValueError, AttributeError) as error:
+            raise EventDamaged(f"its facts are not those of a record of format {OLDER_FORMAT}") from error
+        return OlderEvent(**{**vars(event), "facts": facts}, written=line)
     return event
 
 
@@ -153,7 +157,7 @@ def _problem(event: Event) -> str:
     if not (0 < event.number <= MAX_NUMBER and VOLUME <= event.page <= MAX_PAGE):
         return "its number or its page is out of range"
     if not SLOT.fullmatch(event.slot):
-        return f"{event.slot!r} is no slot"
+        return f"{event.slot!r} is not a slot"
     earlier = [event.parent, event.on, *(one.event for one in event.inputs)]
     if any(number is not None and not 0 < number < event.number for number in earlier):
         return "it refers to an event that is not before it"

@@ -141,7 +141,7 @@ def _follow(event: Event, known: list[Event], slots: dict[str, int], done: list[
     elif isinstance(to, int) and 0 < to < event.number and _is_of(known[to - 1], event):
         slots[event.slot] = to
     else:
-        raise ValueError(f"event {event.number} moves a pointer to {to!r}, which is no event of its slot")
+        raise ValueError(f"event {event.number} moves a pointer to {to!r}, which is not an event of its slot")
     if reason == "undo" and done:
         undone.append(done.pop())
     elif reason == "redo" and undone:

@@ -132,7 +132,7 @@ def reindex(index: Path, folders: Iterable[Path]) -> list[str]:
     given = list(folders)
     for folder in given:
         if not folder.is_dir():
-            raise BadInput(f"there is no folder {folder}", "check the path: is its disk mounted?")
+            raise BadInput(f"the folder {folder} does not exist", "check the path: is its disk mounted?")
     starts = given or [Path(entry.folder) for entry in sessions(index)]
     problems: list[str] = []
     index.parent.mkdir(parents=True, exist_ok=True)
@@ -176,7 +176,7 @@ def find(index: Path, name: str) -> Path:
     if known:
         raise BadInput(f"{len(known)} sessions are called {name!r}", "give the folder: planish session list names it")
     raise BadInput(
-        f"there is no session {name!r}",
+        f"the session {name!r} does not exist",
         "give its folder, or see planish session list; planish reindex FOLDER enters others",
     )
 
@@ -224,7 +224,7 @@ def _refuse_others(index: Path) -> None:
         is_database = file.read(len(MAGIC)) == MAGIC
     tables = _tables(index) if is_database else set()
     if (not is_database and index.name != INDEX) or (tables and "sessions" not in tables):
-        raise BadInput(f"{index} is no index of sessions", "name another file with --index")
+        raise BadInput(f"{index} is not an index of sessions", "name another file with --index")
 
 
 def _tables(index: Path) -> set[str]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
 from station.session.events import VOLUME
+from station.session.facts import SETTINGS
 from station.session.history import Page, redo_target, undo_target
 from station.session.index import level_of, state_of
-from station.session.presets import Preset
+from station.session.presets import Preset, changed_preset
 from station.session.store import Session
 
-SETTINGS = "settings"  # the decision on the volume that changes settings of its preset
 ROW = "{:>5}  {:<8} {:<6} {:<9} {:<6} {}"
 
 
@@ -22,14 +22,6 @@ def preset_of(session: Session) -> Preset:
     return changed_preset(
         Preset.model_validate(session.volume.preset_values), changed if isinstance(changed, dict) else {}
     )
-
-
-def changed_preset(preset: Preset, changed: Mapping[str, Any]) -> Preset:
-    """A preset with other `settings` and `thresholds`, where they are named. Raises ValidationError."""
-    values = preset.model_dump(mode="json", exclude_none=True)
-    for name in ("settings", "thresholds"):
-        values[name] = {**values[name], **changed.get(name, {})}
-    return Preset.model_validate(values)
 
 
 def label_of(page: Page, position: int, preset: Preset) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 from restore import BadInput, Photograph, read_photographs
 from restore.files import VIDEO_SUFFIXES
-from station.run.photos import Scale
+from station.run.scale import Scale
 from station.session.events import Event
 from station.session.steps import add_files
 from station.session.store import Writer
@@ -52,7 +52,9 @@ def pictures_in(folder: Path) -> list[Path]:
 
 def first_picture(folder: Path) -> Photograph:
     """The first photograph of a stored set. Raises BadInput when it is damaged, or the set is a video."""
-    first = pictures_in(folder)[0]
+    first = next(iter(pictures_in(folder)), None)
+    if first is None:
+        raise BadInput(f"{folder} holds no photographs", "planish verify shows more")
     if _is_video(first):
         raise BadInput(f"{first.name} is a video, which is not shown", "look at the restored page")
     return read_photographs([first])[0]
@@ -77,7 +79,7 @@ def _by_name(paths: Sequence[Path]) -> dict[str, Path]:
         if not path.exists():
             raise BadInput(f"{path} is not there", "check the name and the folder")
         if not path.is_file():
-            raise BadInput(f"{path} is no file", "give the photographs, or one folder of them and nothing else")
+            raise BadInput(f"{path} is not a file", "give the photographs, or one folder of them and nothing else")
         if path.name in files:
             raise BadInput(f"{files[path.name]} and {path} have one name", "rename one of them")
         files[path.name] = path

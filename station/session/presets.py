@@ -58,7 +58,7 @@ class Preset(BaseModel):
     def _are_known(cls, outputs: tuple[str, ...]) -> tuple[str, ...]:
         unknown = sorted(set(outputs) - set(FLAGS))
         if unknown:
-            raise ValueError(f"{unknown[0]!r} is no output; there are {', '.join(FLAGS)}")
+            raise ValueError(f"{unknown[0]!r} is not an output; there are {', '.join(FLAGS)}")
         return outputs
 
     def parameters(self, capture: Mapping[str, Any] = NO_FACTS) -> dict[str, Any]:
@@ -98,6 +98,14 @@ class Preset(BaseModel):
         if self.sides is None:
             return ""
         return ("left", "right")[(position - 1 + (self.sides == "right")) % 2]
+
+
+def changed_preset(preset: Preset, changed: Mapping[str, Any]) -> Preset:
+    """A preset with other `settings` and `thresholds`, where they are named. Raises ValidationError."""
+    values = preset.model_dump(mode="json", exclude_none=True)
+    for name in ("settings", "thresholds"):
+        values[name] = {**values[name], **changed.get(name, {})}
+    return Preset.model_validate(values)
 
 
 def load_preset(name: str) -> Preset:

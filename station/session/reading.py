@@ -7,6 +7,7 @@ never mends: `planish verify` tells, `planish repair` mends.
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,9 +21,11 @@ from station.storage.disk import sync_folder, write_file
 from station.storage.folder_lock import WORK
 from station.storage.session_folder import FIRST
 
-MAX_TAG_FILE_BYTES = 2**31
+MAX_EVENTS = 200_000  # twenty for each of the pages that a session has at most: ten seconds and 1 GB to open
+MAX_TAG_FILE_BYTES = 2**28  # 1.3 KB for each of them
+NO_TAG_FILE = (errno.EFBIG, errno.EINVAL, errno.EISDIR)  # of a file that is too large, or of another kind
 PADDING = b"\0"  # which some file systems leave at the end of a file that grew before a power cut
-VERIFY = "planish verify names what is damaged, planish repair mends what can be"
+VERIFY = "planish verify names what is damaged, planish repair repairs what can be repaired"
 
 
 class SessionDamaged(StationError):
@@ -45,9 +48,11 @@ def read_stored(folder: Path) -> Stored:
     Raises BadInput when the folder is no session, SessionDamaged, OSError.
     """
     if not (folder / bag.BAGIT).is_file() or not (folder / bag.PAYLOAD).is_dir():
-        raise BadInput(f"{folder} is no session", "make one with planish session new, or check the path")
+        raise BadInput(f"{folder} is not a session", "make one with planish session new, or check the path")
     files = {name: _read(folder, name) for name in (*bag.FIXED, *bag.GROWING)}
     whole = _whole_lines(files[bag.LOG])
+    if (count := whole.count(b"\n")) > MAX_EVENTS:
+        raise _damaged(folder, f"{bag.LOG} has {count} events, and no session more than {MAX_EVENTS}")
     try:
         events = [decode(line) for line in whole.splitlines(keepends=True)]
     except EventDamaged as error:
@@ -145,6 +150,10 @@ def _read(folder: Path, name: str) -> bytes:
         return read_regular(folder / name, MAX_TAG_FILE_BYTES)
     except FileNotFoundError as error:
         raise _damaged(folder, f"{name} is missing") from error
+    except OSError as error:
+        if error.errno in NO_TAG_FILE:
+            raise _damaged(folder, f"{name}: {error.strerror}") from error
+        raise
 
 
 def _damaged(folder: Path, reason: str) -> SessionDamaged:

@@ -20,7 +20,7 @@ from station.run.options import RunOptions
 from station.run.photos import photographed_page
 from station.session.photographs import pictures_in
 from station.verdict.judge import as_result, judge
-from station.verdict.measures import measured
+from station.verdict.measures import left_out_fraction, measured
 from station.verdict.thresholds import Thresholds
 
 RESTORE, VERDICT = STAGES = "restore", "verdict"
@@ -83,6 +83,7 @@ def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, pr
         return Run({"error": str(error), "hint": error.hint})
     (folder / REPORT).unlink()  # the record holds it, without what differs between two runs
     result = {name: value for name, value in outcome.report.items() if name not in VARYING}
+    result["measures"] = {**result["measures"], "left_out_fraction": left_out_fraction(outcome.report)}
     return Run(result, {name: outcome.report[name] for name in ("seconds", "peak_memory_mb")})
 
 

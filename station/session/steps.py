@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from restore import BadInput, RangeScan, save_scan
 from station.session.events import VOLUME, Event, slot_of
@@ -37,14 +37,35 @@ def add_files(
     facts: Mapping[str, Any],
     inspect: Callable[[Path], Mapping[str, Any]] = lambda _path: {},
 ) -> Event:
-    """Store a copy of a scan's files as a page's current scan, and return its event.
+    """Store a copy of a scan's files as a page's current scan, and return its event. Parameters as of `stage_files`."""
+    return record_staged(writer, stage_files(writer, files, source, facts=facts, inspect=inspect), page=page)
+
+
+class Staged(NamedTuple):
+    """A copy of a scan's files in a folder of `staging`, which is no page yet, with the facts of its capture."""
+
+    folder: Path
+    facts: Mapping[str, Any]
+
+
+def stage_files(
+    writer: Writer,
+    files: Mapping[str, Path],
+    source: str,
+    *,
+    facts: Mapping[str, Any],
+    inspect: Callable[[Path], Mapping[str, Any]] = lambda _path: {},
+    name: str = CAPTURING,
+) -> Staged:
+    """A copy of a scan's files, which `record_staged` makes a page.
 
     files   name under `original` → the file to copy.
     source  the name of the scan among them.
-    inspect looks at the copy before it is stored: returns further facts, or raises.
+    inspect looks at the copy: returns further facts, or raises.
+    name    of the copy; two under way at once have different ones.
     Raises BadInput for a file that changes while it is copied, OSError.
     """
-    folder = _empty(writer.staging(CAPTURING))
+    folder = _empty(writer.staging(name))
     for name, path in files.items():
         target = folder / ORIGINAL / name
         with named_as(folder / ORIGINAL, writer.session.folder):
@@ -53,7 +74,12 @@ def add_files(
         if file_digest(path) != file_digest(target):
             raise BadInput(f"{path} changed while it was copied", "wait until it is complete, then add it again")
     found = inspect(folder / ORIGINAL / source)
-    return _capture(writer, folder, page, {"scan": f"{ORIGINAL}/{source}", **facts, **found})
+    return Staged(folder, {"scan": f"{ORIGINAL}/{source}", **facts, **found})
+
+
+def record_staged(writer: Writer, staged: Staged, *, page: int | None = None) -> Event:
+    """Make a copy a page's current scan, of a new page for None, and return its event. Raises OSError."""
+    return _capture(writer, staged.folder, page, staged.facts)
 
 
 def record_run(

@@ -20,13 +20,16 @@ from uuid import uuid4
 from restore import BadInput
 from station.errors import StationError
 from station.session import bag
-from station.session.events import MAX_NUMBER, RECORD, VOLUME, Event, Input, Kind, encode
+from station.session.events import RECORD, VOLUME, Event, Input, Kind, encode
+from station.session.facts import check_facts
 from station.session.history import History, extended, folded
-from station.session.reading import Stored, complete_tag_files, read_stored
+from station.session.reading import MAX_EVENTS, SessionDamaged, Stored, complete_tag_files, read_stored
+from station.session.texts import check_text
 from station.session.volume import Volume
 from station.storage.atomic import lock_output_folder, new_folder
 from station.storage.disk import add_path_to_errors, sync_folder, sync_tree, write_and_sync, write_file
 from station.storage.folder_lock import FolderLock, lock_folder
+from station.storage.session_folder import refuse_reserved
 from station.version import software_version
 
 Now = Callable[[], datetime]
@@ -34,6 +37,7 @@ Now = Callable[[], datetime]
 READ_ONLY = 0o444
 STAGED = "event"
 TAKEN = "choose another name"
+FOREIGN = "take it from a copy, or have it repaired by who changed it: planish verify shows which files differ"
 
 
 def utc() -> datetime:
@@ -76,9 +80,13 @@ def create_session(
 ) -> None:
     """Create a session: a bag that holds one event. It is there whole, or not at all.
 
-    Raises OverwriteError when something of that name is there, FolderInUse, OSError when the disk refuses.
+    Raises UsageError for a reserved name and for control characters in a text, OverwriteError when something of that
+    name is there, FolderInUse, OSError when the disk refuses.
     """
     folder = Path(os.path.abspath(folder))  # noqa: PTH100 — without following a link at its end
+    refuse_reserved(folder)
+    for name in ("title", "project", "organisation"):
+        check_text(name, getattr(volume, name))
     facts = {"id": new_id(), "volume": volume.model_dump(mode="json", exclude_none=True)}
     time = _stamp(now())
     first = Event(1, VOLUME, "session", "session", None, time, software_version(), facts)
@@ -96,7 +104,17 @@ def read_session(folder: Path) -> Session:
 
     Raises BadInput when the folder is no session, SessionDamaged, OSError.
     """
-    return Session(folder, folded(read_stored(folder).events))
+    return Session(folder, checked_history(folder, read_stored(folder).events))
+
+
+def checked_history(folder: Path, events: Sequence[Event]) -> History:
+    """The history of the events of a session, with facts that can be shown and judged. Raises SessionDamaged."""
+    try:
+        history = folded(events)
+        check_facts(history)
+    except ValueError as error:
+        raise SessionDamaged(f"{folder} is damaged: {error}", FOREIGN) from error
+    return history
 
 
 @contextmanager
@@ -106,7 +124,7 @@ def open_session(folder: Path, *, now: Now = utc) -> Iterator[Writer]:
     An event that an earlier writer did not finish is completed if it is whole, dropped if it is not.
     Raises BadInput when the folder is no session, FolderInUse that names the other writer, SessionDamaged, OSError.
     """
-    read_stored(folder)
+    checked_history(folder, read_stored(folder).events)  # before anything is completed
     with lock_folder(folder) as lock:
         stored = complete_tag_files(folder)
         yield Writer(lock, stored, now)
@@ -122,6 +140,7 @@ class Writer:
         self._digests = {name: hashlib.sha512(data) for name, data in stored.files.items()}
         self._sizes = {name: len(stored.files[name]) for name in bag.GROWING}
         self.session = Session(lock.folder, folded(stored.events))
+        self._identity = identity_of(lock.folder)
 
     @property
     def history(self) -> History:
@@ -188,9 +207,13 @@ class Writer:
         if self._broken:
             raise SessionBroken(
                 f"{self.session.folder} was not written to the end: the disk refused",
-                "mend the disk, then run the same command again: what was stored is there",
+                "repair the disk, then run the same command again: what was stored is there",
             )
-        if len(self.history.events) >= MAX_NUMBER:
+        if identity_of(self.session.folder) != self._identity:
+            raise SessionBroken(
+                f"{self.session.folder} is no longer the folder that was opened", "put it back, then open it again"
+            )
+        if len(self.history.events) >= MAX_EVENTS:
             raise StationError(f"{self.session.folder} holds as many events as it can", "begin another session")
 
     def _put(self, event: Event, staged: Path) -> None:
@@ -207,12 +230,21 @@ class Writer:
         replace_file(folder / bag.TAG_MANIFEST, self._folder_lock.new, bag.tag_manifest(digests))
 
 
+def identity_of(folder: Path) -> tuple[int, int] | None:
+    """What the system knows a folder by, whatever its name; None where there is none."""
+    try:
+        state = folder.stat()
+    except OSError:
+        return None
+    return state.st_dev, state.st_ino
+
+
 def _line_of(event: Event) -> bytes:
     """The record of an event. Raises BadInput for a text that is not UTF-8, as of a terminal in another encoding."""
     try:
         return encode(event)
     except UnicodeEncodeError as error:
-        raise BadInput(f"{error.object[error.start : error.end]!r} is no text in UTF-8", "write it anew") from error
+        raise BadInput(f"{error.object[error.start : error.end]!r} is not text in UTF-8", "write it again") from error
 
 
 def file_digests(folder: Path) -> dict[str, str]:

@@ -78,7 +78,7 @@ def verify(folder: Path, *, workers: int | None = None) -> Inspection:
     Raises BadInput when the folder is no session, FolderInUse while a writer is at work, OSError.
     """
     if not (folder / bag.PAYLOAD).is_dir():
-        raise BadInput(f"{folder} is no session: it has no folder {bag.PAYLOAD}", "check the path")
+        raise BadInput(f"{folder} is not a session: it has no folder {bag.PAYLOAD}", "check the path")
     refuse_live_writer(folder)
     found = tree_digests(folder, without=WORK, workers=workers)
     reconciled = reconcile(folder, list(found))

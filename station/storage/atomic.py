@@ -14,7 +14,7 @@ from station.storage.folder_lock import FolderLock, lock_folder
 from station.storage.journal import replace_files
 
 OVERWRITE_HINT = "add --force to overwrite, or choose another place"
-CAPTURE_HINT = "add --force to store the new scan beside it, or choose another folder with -o"
+CAPTURE_HINT = "add --force to store the new scan next to it, or choose another folder with -o"
 FOLDER_HINT = "rename that folder, or choose another place"
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import chain, count
 from pathlib import Path
 from typing import BinaryIO
 
@@ -56,6 +57,12 @@ def sync_tree(folder: Path) -> None:
             with add_path_to_errors(path), path.open("rb") as file:
                 os.fsync(file.fileno())
     sync_folder(folder)
+
+
+def free_folder(folder: Path) -> Path:
+    """A folder that is not there: the one given, or with the first number that is free."""
+    names = chain([folder], (folder.with_name(f"{folder.name}-{number}") for number in count(2)))
+    return next(name for name in names if not os.path.lexists(name))
 
 
 @contextmanager

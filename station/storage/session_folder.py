@@ -9,6 +9,8 @@ from station.errors import UsageError
 
 BAGIT, LOG = "bagit.txt", "events.jsonl"
 FIRST = "data/0000-000001-session"  # the folder of its first event
+EXPORTS, BATCHES = "exports", "batches"  # folders of the web interface, next to its sessions
+RESERVED = frozenset({EXPORTS, BATCHES})  # names that no session has: later exports would be written into it
 OUTSIDE = "what lies in a session is its record: choose a place outside it"
 
 
@@ -30,6 +32,12 @@ def session_around(path: Path) -> Path | None:
     """
     real = Path(os.path.realpath(path))
     return next((folder for folder in (real, *real.parents) if is_session(folder)), None)
+
+
+def refuse_reserved(folder: Path) -> None:
+    """Raise UsageError for a folder whose name no session may have."""
+    if folder.name.casefold() in RESERVED:  # some disks make no difference between upper and lower case
+        raise UsageError(f"{folder.name} is the name of a folder for exports and batches", "choose another name")
 
 
 def refuse_session(path: Path, hint: str = OUTSIDE) -> None:

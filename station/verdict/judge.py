@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any
 
 from station.verdict.same_page import similarity
-from station.verdict.thresholds import Limits, Thresholds
-
-Level = Literal["green", "amber", "red"]
-LEVELS: tuple[Level, ...] = ("green", "amber", "red")
+from station.verdict.thresholds import LEVELS, Level, Limits, Thresholds
 
 # name → what it is, how it is printed, what to do when it is not green.
 CHECKS = {
     "measured_fraction": (
         "covered",
         "{:.1%}",
-        "turn the page to the light of the laser, or shoot it again from another side",
+        "turn the page to the light of the laser, or capture it again from another side",
     ),
-    "hole_mm": ("widest hole", "{:.1f} mm", "dark or glossy places give no range: shoot again with more laser power"),
-    "cropped_fraction": ("cut off", "{:.1%} of the outline", "move the page into the picture"),
+    "hole_mm": ("widest hole", "{:.1f} mm", "dark or glossy places give no range: capture again with more laser power"),
+    "cropped_fraction": ("cut off", "{:.1%} of the outline", "move the page into the image"),
     "depth_window_fraction": (
         "depth window",
         "{:.0%} of the way",
@@ -29,12 +26,17 @@ CHECKS = {
     "smooth_strain_rms": (
         "strain",
         "{:.2%} rms",
-        "the surface is no single sheet: look for a finger, a weight, a leaf behind",
+        "the surface is not a single sheet: look for a finger, a weight, a leaf behind",
     ),
     "sampling_ppi": ("resolution", "{:.0f} ppi", "go nearer, or take the lens of longer focal length"),
     "blur_px": ("focus", "{:.1f} px", "focus again; did the page move?"),
     "clipped_fraction": ("clipped", "{:.1%}", "change the exposure: light or gain"),
-    "similarity": ("same page", "{:.2f}", "it looks like a page that was shot already: did the leaf turn?"),
+    "left_out_fraction": (
+        "not restored",
+        "{:.0%} of the page's size",
+        "remove the other sheet, or restore both with planish restore --sheets separate",
+    ),
+    "similarity": ("same page", "{:.2f}", "it looks like a page that was captured already: did the leaf turn?"),
 }
 
 

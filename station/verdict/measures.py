@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import cv2
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.vivid900.geometry.lenses import FAST, FINE, LENSES, depth_window
-from restore import CoverageClass, RangeScan, RestoredPage, SurfaceMesh
+from restore import CoverageClass, Finding, RangeScan, RestoredPage, SurfaceMesh
 from restore.scan import Bytes, Mask
 from station.verdict.same_page import fingerprint
 
@@ -27,7 +28,7 @@ Measures = dict[str, Any]
 
 def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
     """The measures of a page and of the scan that it was restored from; None for one that the scan does not allow."""
-    inside = page.coverage != CoverageClass.OUTSIDE
+    inside = ~np.isin(page.coverage, (CoverageClass.OUTSIDE, CoverageClass.FACING, CoverageClass.ERASED))
     measured = page.coverage == CoverageClass.MEASURED
     texture, report = scan.texture, page.report
     return {
@@ -41,6 +42,15 @@ def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
         "clipped_fraction": None if texture is None else clipped_fraction(page.master, measured),
         "fingerprint": fingerprint(page.image),
     }
+
+
+def left_out_fraction(report: Mapping[str, Any]) -> float:
+    """Return the size of the largest sheet that is not restored, as a fraction of the page's, 0 without one.
+
+    report: of a run, with its findings.
+    """
+    left_out = ("largest_of_pieces", "large_sheet_left_out")
+    return max((one.share or 0.0 for one in Finding.all_in(report) if one.code in left_out), default=0.0)
 
 
 def measured(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> dict[str, Measures]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import zlib
 from collections.abc import Iterator
 from functools import lru_cache
 
@@ -11,6 +9,7 @@ import cv2
 import numpy as np
 
 from restore.scan import Bytes, Floats
+from station.verdict.packed import pack, unpack
 
 SIDE = 192  # pixels of a fingerprint's side: a word still differs from another one
 BLOCKS = 4  # along each side; each is found by itself, as two restorations of a page differ by a millimetre
@@ -30,7 +29,7 @@ def fingerprint(image: Bytes) -> str:
     details -= cv2.GaussianBlur(details, (0, 0), SMOOTH)
     scale = STEPS / details.std() if np.abs(details).max() > NOISE_LEVELS else 0.0
     steps = np.clip(np.round(details * scale) + ZERO, 0, 2**BITS - 1).astype(np.uint8)
-    return base64.b64encode(zlib.compress((steps[:, ::2] << BITS | steps[:, 1::2]).tobytes(), 9)).decode()
+    return pack((steps[:, ::2] << BITS | steps[:, 1::2]).tobytes())
 
 
 def similarity(one: str, other: str) -> float:
@@ -55,7 +54,7 @@ def _correlations(first: Floats, second: Floats) -> Iterator[float]:
 @lru_cache(KEPT)
 def _unpacked(fingerprint: str) -> Floats:
     """(SIDE, SIDE) float32. Means of rows and columns are taken out: lines and margins are alike on every page."""
-    packed = np.frombuffer(zlib.decompress(base64.b64decode(fingerprint)), np.uint8).reshape(SIDE, SIDE // 2)
+    packed = np.frombuffer(unpack(fingerprint), np.uint8).reshape(SIDE, SIDE // 2)
     steps = np.stack([packed >> BITS, packed & (2**BITS - 1)], axis=2).reshape(SIDE, SIDE).astype(np.float32) - ZERO
     steps = cv2.GaussianBlur(steps, (0, 0), SHARP)
     details: Floats = steps - steps.mean(axis=0) - steps.mean(axis=1)[:, None]

@@ -8,6 +8,8 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict
 
 Limits = tuple[float, float]
+Level = Literal["green", "amber", "red"]
+LEVELS: tuple[Level, ...] = ("green", "amber", "red")
 WORSE: Mapping[str, Literal["less", "more"]] = {
     "measured_fraction": "less",
     "hole_mm": "more",
@@ -17,6 +19,7 @@ WORSE: Mapping[str, Literal["less", "more"]] = {
     "sampling_ppi": "less",
     "blur_px": "more",
     "clipped_fraction": "more",
+    "left_out_fraction": "more",
     "similarity": "more",
 }
 """The direction in which each measure is worse."""
@@ -38,6 +41,7 @@ class Thresholds(BaseModel):
     sampling_ppi: Limits | None = None
     blur_px: Limits | None = None
     clipped_fraction: Limits | None = None
+    left_out_fraction: Limits | None = None
     similarity: Limits | None = None
 
 

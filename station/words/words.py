@@ -10,13 +10,14 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import cv2
 import numpy as np
 
-from restore.scan import Bytes
+from restore import Finding
+from restore.scan import Bytes, Floats
 from station.errors import StationError, UsageError
 from station.images.png import encode_png
 from station.words.columns import Gutter, find_gutters, with_rules
@@ -36,6 +37,7 @@ LETTER_INCHES = (0.012, 0.25)  # heights of the x in type of 2 points, and of ca
 # reads as they are, sharpening only draws tails on full stops.
 SHARPENED_PX, SHARPENING = 2.0, 1.0  # standard deviation of what is subtracted, at the size read, and its weight
 CONFIDENT = 93.0  # mean of Tesseract's confidence in words: of sharp print 95 and more, of blurred print less than 90
+DOUBTFUL = 60.0  # mean confidence below which words are not to be relied on: print upside down is read with 25 to 45
 SLENDER = 3.0  # times higher than wide, or wider than high: less is a letter, more a rule
 LEAST_LETTERS = 30  # to tell the type by
 ALTO = "http://www.loc.gov/standards/alto/ns-v4#"
@@ -83,6 +85,7 @@ class Words:
     paragraphs  with their lines and words, in pixels of the page.
     layer  PDF of one page that holds the font of invisible glyphs.
     language  of the words, as BCP 47 has it.
+    confidence  mean of Tesseract's in the words, 0 to 100; 0 without words.
     """
 
     text: str
@@ -91,6 +94,7 @@ class Words:
     paragraphs: tuple[Paragraph, ...]
     layer: bytes
     language: str
+    confidence: float
 
 
 def find_tesseract(which: Which = shutil.which) -> Path:
@@ -127,7 +131,15 @@ def recognise(image: Bytes, dpi: float, *, name: str, language: str = "eng", whi
         paragraphs_of(hocr, scale),
         layer,
         TAGS.get(language.split("+")[0], language.split("+")[0]),
+        mean_confidence(hocr),
     )
+
+
+def findings_of_words(words: Words) -> tuple[Finding, ...]:
+    """What is to be reported of words that are not to be relied on; a page without words has none."""
+    if not words.text.strip() or words.confidence >= DOUBTFUL:
+        return ()
+    return (Finding.of("words_doubtful", confidence=words.confidence, least=DOUBTFUL),)
 
 
 def check_language(tesseract: Path, language: str) -> list[str]:
@@ -188,11 +200,24 @@ def x_height_px(image: Bytes, dpi: float) -> float | None:
     Most letters have the height of an x; the lower quartile of the heights of what may be letters is that of the type
     that most small words are set in.
     """
-    _, _, stats, _ = cv2.connectedComponentsWithStats(_ink(image), connectivity=8)
+    heights = letters_of(image, dpi).heights
+    return float(np.quantile(heights, 0.25)) if len(heights) >= LEAST_LETTERS else None
+
+
+class Letters(NamedTuple):
+    """What may be the letters of a page: heights (k,) and centres (k, 2), x and y, in pixels."""
+
+    heights: Floats
+    centres: Floats
+
+
+def letters_of(image: Bytes, dpi: float) -> Letters:
+    """The patches of ink of a page (h, w, 3) uint8 that have the size and shape of letters."""
+    _, _, stats, centres = cv2.connectedComponentsWithStats(_ink(image), connectivity=8)
     width, height = stats[1:, cv2.CC_STAT_WIDTH], stats[1:, cv2.CC_STAT_HEIGHT]
     least, most = (share * dpi for share in LETTER_INCHES)
     letters = (height >= least) & (height <= most) & (width >= height / SLENDER) & (width <= height * SLENDER)
-    return float(np.quantile(height[letters], 0.25)) if letters.sum() >= LEAST_LETTERS else None
+    return Letters(height[letters].astype(np.float64), centres[1:][letters])
 
 
 def _ink(image: Bytes) -> Bytes:
@@ -214,7 +239,7 @@ def run_tesseract(tesseract: Path, *arguments: Any) -> str:
         done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=True, env=one_thread)
     except subprocess.CalledProcessError as error:
         complaint = (error.stderr.strip().splitlines() or ["no reason given"])[-1]
-        raise StationError(f"Tesseract failed: {complaint}", f"try the package {PACKAGE} on another picture") from error
+        raise StationError(f"Tesseract failed: {complaint}", f"try the package {PACKAGE} on another image") from error
     return done.stdout
 
 

@@ -61,13 +61,17 @@ def _answer_calls(connection: int, lifeline: int) -> int:
 
 
 def answer(call: tuple[Any, tuple[Any, ...]]) -> tuple[str, Any]:
-    """The value of a function called with arguments, or the fault that it raised: `value` or `fault`, and which."""
+    """The value of a function called with arguments, or the fault that it raised: `value`, `memory` or `fault`.
+
+    A full memory is told apart: it is the process that has too little.
+    """
     function, arguments = call
     try:
         return "value", function(*arguments)
     except Exception as error:
         fault = explain(error)
-        return "fault", Fault(fault.exit_code, fault.message, fault.hints)
+        kind = "memory" if isinstance(error, MemoryError) else "fault"
+        return kind, Fault(fault.exit_code, fault.message, fault.hints)
 
 
 def _stop(number: int, _frame: FrameType | None) -> None:

@@ -3,43 +3,47 @@
 from __future__ import annotations
 
 import logging
-import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Protocol
 
-from drivers import ScannerError
-from station.errors import StationError, UsageError
-from station.workers.process import Isolation, Limits, Result, Work
+from station.errors import UsageError
+from station.workers.cluster import GONE, RESUME, Cluster, ClusterGone, ShortOfMemory
+from station.workers.process import Isolation, Limits, Work
+
+__all__ = ["GONE", "RESUME", "ClusterGone", "ShortOfMemory", "Submit", "Workers", "cluster_workers", "local_workers"]
 
 CONNECT_S, CLOSE_S = 30.0, 5.0
 AHEAD = 2  # tasks handed out for every thread of a cluster: the next is there when one ends
-REFRESH_S = 10.0
-GONE = "the cluster's scheduler does not answer any more"
-RESUME = "run the same command again: it goes on where it was"
+NOISY = ("distributed.", "tornado.")
 EXTRA = "install the extra: pip install 'planish[cluster]'"
 
 
-class ClusterGone(StationError):
-    """Raised when a cluster's scheduler cannot be reached."""
+class Submit(Protocol):
+    """Hands out a task; the future's result is that of work(task, causes).
 
-    exit_code = ScannerError.exit_code
+    above_mib: the memory of one worker that was too little, 0 for none.
+    """
+
+    def __call__(self, work: Work[Any], task: Any, above_mib: int = 0) -> Future[Any]: ...
 
 
 @dataclass(frozen=True)
 class Workers:
     """Something that restores pages.
 
-    submit     hands out a task; the future's result is that of work(task, causes).
+    submit     hands out a task.
     in_flight  how many tasks it should have at a time, now.
     threads    how many it restores at a time, now.
+    stranded   those of some futures whose workers are all gone: they never end.
     """
 
-    submit: Callable[[Work[Any], Any], Future[Any]]
+    submit: Submit
     in_flight: Callable[[], int]
     threads: Callable[[], int]
+    stranded: Callable[[Iterable[Future[Any]]], list[Future[Any]]] = lambda _futures: []
 
 
 @contextmanager
@@ -47,8 +51,12 @@ def local_workers(count: int, limits: Limits) -> Iterator[Workers]:
     """Processes of this computer; when the block ends, however that may be, they have ended."""
     isolation = Isolation(limits)
     executor = ThreadPoolExecutor(count, thread_name_prefix="planish-batch")
+
+    def submit(work: Work[Any], task: Any, above_mib: int = 0) -> Future[Any]:  # noqa: ARG001 — all have as much
+        return executor.submit(isolation.run, work, task)
+
     try:
-        yield Workers(lambda work, task: executor.submit(isolation.run, work, task), lambda: count, lambda: count)
+        yield Workers(submit, lambda: count, lambda: count)
     finally:
         isolation.interrupt()
         executor.shutdown(cancel_futures=True)
@@ -56,65 +64,32 @@ def local_workers(count: int, limits: Limits) -> Iterator[Workers]:
 
 
 @contextmanager
-def cluster_workers(address: str, limits: Limits) -> Iterator[Workers]:
+def cluster_workers(address: str, limits: Limits, say: Callable[[str], None] = lambda _text: None) -> Iterator[Workers]:
     """The workers of a Dask cluster, by the address of its scheduler.
 
+    say: called when no worker of it can be used for CONNECT_S, with the reasons.
     Raises UsageError when the extra `cluster` is not installed, ClusterGone when nothing answers there.
     """
     try:
         import distributed
     except ImportError as error:
         raise UsageError("a cluster needs dask.distributed, which is not installed", EXTRA) from error
-    # Its client reports a lost connection with tracebacks; the batch says so in one line.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    # It reports a lost connection with tracebacks, some by loggers with levels of their own; the batch says so itself.
+    for name in (
+        "distributed",
+        "tornado",
+        *(name for name in logging.root.manager.loggerDict if name.startswith(NOISY)),
+    ):
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise ClusterGone(
             f"no scheduler answers at {address}: {error}", "start one with: dask scheduler --port 8786"
         ) from error
-    executor: Executor = client.get_executor(pure=False)
-    threads = _Threads(client)
+    cluster = Cluster(client, limits, say)
     try:
-        yield Workers(
-            lambda work, task: executor.submit(run_on_worker, work, task, limits),
-            lambda: AHEAD * threads.count(),
-            threads.count,
-        )
+        yield Workers(cluster.submit, lambda: AHEAD * cluster.wait_for_threads(), cluster.threads, cluster.stranded)
     finally:
         with suppress(OSError, TimeoutError):  # the scheduler may have gone
             client.close(timeout=CLOSE_S)
-
-
-class _Threads:
-    """The threads of a cluster, which come and go; the scheduler is asked now and then."""
-
-    def __init__(self, client: Any) -> None:
-        self._client, self._count, self._asked = client, 1, -REFRESH_S
-
-    def count(self) -> int:
-        """How many there are, at least 1. Raises ClusterGone."""
-        if time.monotonic() - self._asked > REFRESH_S:
-            try:
-                self._count = max(sum(self._client.nthreads().values()), 1)
-            except (OSError, TimeoutError) as error:
-                raise ClusterGone(GONE, RESUME) from error
-            self._asked = time.monotonic()
-        return self._count
-
-
-def run_on_worker(work: Work[Result], task: Any, limits: Limits) -> Result:
-    """The value of work(task, causes) on a worker of a cluster, in a process of its own there.
-
-    Without a limit of memory each of the worker's threads has an equal share of the memory that the worker was given.
-    """
-    import distributed
-
-    if limits.memory_mib is None:
-        worker = distributed.get_worker()
-        given = worker.memory_manager.memory_limit or 0
-        limits = replace(limits, memory_mib=int(given / worker.state.nthreads) // 2**20)
-    return _isolations.setdefault(limits, Isolation(limits)).run(work, task)
-
-
-_isolations: dict[Limits, Isolation] = {}  # of this worker of a cluster, which lives longer than a batch

@@ -71,6 +71,13 @@ class WorkFault(StationError):
         return WorkFault, (self.fault,)
 
 
+class MemoryFull(WorkFault):
+    """Raised when a process has too little memory for its work."""
+
+    def __reduce__(self) -> tuple[type[MemoryFull], tuple[Fault]]:
+        return MemoryFull, (self.fault,)
+
+
 class PageProcess:
     """A process that is called like a function; it is started by the first call, and again when it has ended."""
 
@@ -86,7 +93,7 @@ class PageProcess:
     def call(self, function: Callable[..., Result], *arguments: Any) -> Result:
         """The value of a function of a module, computed by the process.
 
-        Raises ProcessEnded when the process ended or took too long, WorkFault when the function raised.
+        Raises ProcessEnded when the process ended or took too long, MemoryFull, WorkFault when the function raised.
         """
         process, connection = self._running()
         self._calls += 1
@@ -102,6 +109,8 @@ class PageProcess:
             if code == IDLE:  # it had just given up waiting
                 return self.call(function, *arguments)
             raise ProcessEnded(_how_it_ended(code)) from None
+        if kind == "memory":
+            raise MemoryFull(value)
         if kind == "fault":
             raise WorkFault(value)
         result: Result = value
@@ -181,16 +190,22 @@ class Isolation:
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _closed: bool = False
 
-    def run(self, work: Work[Result], task: Any) -> Result:
+    def run(self, work: Work[Result], task: Any, *, is_last: bool = True) -> Result:
         """The value of work(task, causes): it is called again when the process ends, with how that came about.
 
-        Raises WorkFault, Interrupted after `interrupt`, ProcessEnded when the process ends however often it is called.
+        is_last: False where another computer may have more memory.
+        Raises WorkFault, MemoryFull where it is not the last, Interrupted after `interrupt`, ProcessEnded when the
+        process ends however often it is called.
         """
         causes: tuple[str, ...] = ()
         while True:
             process = self._process()
             try:
                 return process.call(work, task, causes)
+            except MemoryFull as full:
+                if not is_last or len(causes) >= MAX_ATTEMPTS:
+                    raise
+                causes += (str(full),)
             except ProcessEnded as ended:
                 if self._closed:
                     raise Interrupted from ended

@@ -21,8 +21,8 @@ def test_a_regular_file_is_read_whole(tmp_path):
 def test_what_is_no_regular_file_is_refused_at_once(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path, fault in (
-        (tmp_path / "pipe", "no regular file"),
-        ("/dev/zero", "no regular file"),
+        (tmp_path / "pipe", "not a regular file"),
+        ("/dev/zero", "not a regular file"),
         (tmp_path, "is a folder"),
         (tmp_path / "none", "No such file"),
     ):

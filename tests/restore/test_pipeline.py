@@ -83,7 +83,7 @@ def test_marker_page(name):
 def test_a_page_that_leaves_the_picture_is_said_to(mode):
     scan, _ = shoot(Flat(), mode=mode, page_mm=(200.0, 150.0), pose=Pose(shift_mm=(100.0, 0.0, 0.0)))
     (found,) = restore(scan, Settings(points=300, dpi=100)).report["findings"]
-    assert "at the edge of the picture" in found["text"]
+    assert "at the edge of the image" in found["text"]
 
 
 @pytest.mark.parametrize("name", EACH)

@@ -7,8 +7,8 @@ from restore import BadInput, RangeScan, save_scan
 from restore.scan_check import check_provenance
 
 UNREADABLE = [
-    (None, "no dictionary"),
-    ([1], "no dictionary"),
+    (None, "not a dictionary"),
+    ([1], "not a dictionary"),
     ({"super_resolution": {"factor": 0}}, r"provenance\.super_resolution\.factor"),
     ({"oversampling": 0.0}, r"provenance\.oversampling"),
     ({"turntable": {"deg": 3, "axis": {"point_mm": [0, 0, 0], "direction": [0, 0, 0]}}}, "direction has no length"),

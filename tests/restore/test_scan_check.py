@@ -37,15 +37,15 @@ def test_what_fits_together_passes(scan, mesh):
 @pytest.mark.parametrize("texture", NO_PICTURES, ids=["grey", "float", "empty", "four channels"])
 def test_a_picture_is_of_bytes_in_three_colours(scan, mesh, texture):
     for shot in (scan, mesh):
-        with pytest.raises(BadInput, match="is no picture"):
+        with pytest.raises(BadInput, match="is not an image"):
             restore(replace(shot, texture=texture))
 
 
 @pytest.mark.parametrize(
     "change, message",
     [
-        (lambda scan: {"points": scan.points[0]}, "no range grid"),
-        (lambda scan: {"points": scan.points.astype(int)}, "no range grid"),
+        (lambda scan: {"points": scan.points[0]}, "not a range grid"),
+        (lambda scan: {"points": scan.points.astype(int)}, "not a range grid"),
         (lambda scan: {"texture_xy": scan.texture_xy[1:]}, "does not fit"),
         (lambda scan: {"texture_xy": scan.texture_xy + 1e6}, "lies in its colour image"),
         (lambda scan: {"texture_xy": scan.texture_xy * np.nan}, "lies in its colour image"),
@@ -60,7 +60,7 @@ def test_a_range_grid_fits_its_picture(scan, change, message):
 def test_texture_coordinates_are_finite_and_near_a_picture(mesh, far):
     texcoords = mesh.texcoords.copy()
     texcoords[0, 1] = far
-    with pytest.raises(BadInput, match="not finite, or beyond every picture"):
+    with pytest.raises(BadInput, match="not finite, or beyond every image"):
         restore(replace(mesh, texcoords=texcoords))
 
 

@@ -97,7 +97,7 @@ def _intent(_: bytes, pdf: pikepdf.Pdf) -> Iterator[str]:
 def _profile(stream: Any) -> Iterator[str]:
     profile = stream.read_bytes()
     if profile[36:40] != b"acsp" or profile[8] > 4 or struct.unpack(">I", profile[:4])[0] != len(profile):
-        yield "a profile that is no ICC profile up to version 4"
+        yield "a profile that is not an ICC profile up to version 4"
     if profile[12:16] not in DEVICES | {b"scnr", b"spac"} or SPACES.get(profile[16:20]) != int(stream.N):
         yield "a profile of another device class, or of another number of channels than it says"
 

@@ -95,7 +95,7 @@ def test_a_command_that_cannot_be_is_refused(arguments, capsys):
     ("error", "code"),
     [
         (BadInput("book.abs.gz is damaged", "copy it again"), 3),
-        (NotEnoughSurface("there is no page in the scan", "lay one under the scanner"), 5),
+        (NotEnoughSurface("the scan shows no page", "lay one under the scanner"), 5),
         (OSError(errno.ENOSPC, "No space left on device"), 6),
         (MemoryError(), 1),
         (KeyboardInterrupt(), 130),
@@ -178,7 +178,7 @@ def test_scan_stores_what_it_captured_and_reviews_it(library, scanner, config_fi
 
 
 def test_a_fault_after_the_capture_keeps_the_scan(library, scanner, config_file, tmp_path, capsys):
-    library.fault = NotEnoughSurface("there is no page in the scan", "lay one under the scanner")
+    library.fault = NotEnoughSurface("the scan shows no page", "lay one under the scanner")
     assert main(["scan", "--config", str(config_file), "-o", str(tmp_path / "out")]) == 5
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["page.scan"]
     *_, advice = fault(capsys.readouterr().err)
@@ -225,7 +225,9 @@ def test_help_names_the_defaults_of_the_library(capsys):
     shown = " ".join(capsys.readouterr().out.split())
     defaults = Settings()
     for default in (defaults.points, defaults.dpi, defaults.method, defaults.shading):
-        assert f"({default:g})." in shown if isinstance(default, float) else f"({default})." in shown
+        assert (
+            f"[default: ({default:g})]" in shown if isinstance(default, float) else f"[default: ({default})]" in shown
+        )
 
 
 def run(*arguments: object, **options) -> subprocess.CompletedProcess[str]:

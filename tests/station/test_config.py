@@ -64,9 +64,9 @@ def test_the_names_that_come_along_are_told(tmp_path):
 def test_a_configuration_without_its_ending_is_named(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("mine.toml").write_text(SCANNER)
-    with pytest.raises(UsageError, match="there is no configuration 'mine'") as caught:
+    with pytest.raises(UsageError, match="the configuration 'mine' does not exist") as caught:
         load_config(Path("mine"))
-    assert "the whole name, mine.toml, or one that comes along: simulated" in caught.value.hint
+    assert "the whole name, mine.toml, or a bundled one: simulated" in caught.value.hint
 
 
 def test_a_folder_of_that_name_is_no_configuration(tmp_path, monkeypatch):

@@ -55,10 +55,12 @@ def calibrate(shots: Sequence[PlateShot], start: Calibration) -> CalibrationResu
     Raises SettingsError when there are no shots, or one has too few samples of its plate.
     """
     if not shots:
-        raise SettingsError("there are no shots to calibrate from", "shoot the board at several distances and tilts")
+        raise SettingsError(
+            "no captures were given to calibrate from", "capture the board at several distances and tilts"
+        )
     if any(len(shot.pitch) < MIN_SAMPLES for shot in shots):
         raise SettingsError(
-            "a shot shows next to nothing of its plate", "check its focus and exposure, or leave it out"
+            "a capture shows next to nothing of its plate", "check its focus and exposure, or leave it out"
         )
     bundle = Bundle(tuple(shots), start)
     unknowns, normal = adjust(bundle)

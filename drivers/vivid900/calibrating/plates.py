@@ -30,11 +30,11 @@ def plate_shot(scan: RangeScan, board: Board, *, front_mm: float | None = None) 
     try:
         mode, distance = MODES[scan.provenance["mode"]], float(scan.provenance["distance_mm"])
     except (KeyError, TypeError, ValueError) as error:
-        raise SettingsError(f"the scan does not tell how it was taken: {error}", AS_SCANNED) from error
+        raise SettingsError(f"the scan does not say how it was taken: {error}", AS_SCANNED) from error
     if len(set(scan.provenance.get("distances_mm", []))) > 1:
-        raise SettingsError("the scan is merged from several distances", "calibrate from shots at one distance each")
+        raise SettingsError("the scan is merged from several distances", "calibrate from captures at one distance each")
     if scan.points.shape[:2] != (mode.rows, mode.cols):
-        raise SettingsError(f"the scan is no grid of {mode.rows}×{mode.cols} samples", AS_SCANNED)
+        raise SettingsError(f"the scan is not a grid of {mode.rows}×{mode.cols} samples", AS_SCANNED)
     detected = None if scan.texture is None else detect_board(scan.texture, board)
     on_plate = scan.measured if detected is None else scan.measured & detected.area(scan.texture_xy)
     some = np.flatnonzero(on_plate)
@@ -58,5 +58,5 @@ def nominal_of_scans(scans: Sequence[RangeScan]) -> Calibration:
 
 def _calibration_used(scan: RangeScan) -> Calibration:
     if "calibration" not in scan.provenance:
-        raise SettingsError("the scan does not tell by which calibration its points were made", AS_SCANNED)
+        raise SettingsError("the scan does not say by which calibration its points were made", AS_SCANNED)
     return calibration_of(scan.provenance["calibration"], "the calibration in the scan")

@@ -15,7 +15,17 @@ from drivers.vivid900.faults import panel_error
 from drivers.vivid900.geometry.lenses import FAST, FINE, Mode
 from drivers.vivid900.link import Link, pauses
 from drivers.vivid900.profile import commands
-from drivers.vivid900.profile.commands import Command, Focus, Parameters, ShotMode, State, Status
+from drivers.vivid900.profile.commands import (
+    AUTO_COLOUR,
+    AUTO_THRESHOLD,
+    RANGES,
+    Command,
+    Focus,
+    Parameters,
+    ShotMode,
+    State,
+    Status,
+)
 from drivers.vivid900.profile.profile import Profile
 from drivers.vivid900.profile.template import Template
 
@@ -26,6 +36,7 @@ FOCUS_S = (1.5, 10.0)
 PARK_ATTEMPTS = 5
 MAX_READINGS = 4  # of a block without a checksum: a status may change once between two of them
 BARRIER = "AF/AE ERROR LASER BARRIER MAY BE CLOSED"
+CHOSEN_BY_SCANNER = {"threshold": AUTO_THRESHOLD, "colour": AUTO_COLOUR}
 RANGE_MODES: dict[ShotMode, Mode] = {ShotMode.FINE_COLOUR: FINE, ShotMode.FAST_COLOUR: FAST}
 
 
@@ -86,7 +97,7 @@ class Body:
         self.progress("focus", 1.0)
         found = self.read_parameters()
         if self.read_parameters() != found:  # a repeated old answer cannot be detected otherwise
-            raise BadReply("the scanner tells two distances for one autofocus")
+            raise BadReply("the scanner reports two distances for one autofocus")
         return found
 
     def shoot(self, parameters: Parameters) -> Shot:
@@ -101,20 +112,28 @@ class Body:
         self._raise_panel(status)
         counts = "shot" in self.profile.blocks.status.fields
         if status.state != self._done or (counts and status.shot != before + 1):
-            raise Interrupted("the scanner has lost the shot", SCAN_AGAIN)
+            raise Interrupted("the scanner has lost the capture", SCAN_AGAIN)
         mode = parameters.mode
         pitch = self._pitch(RANGE_MODES[mode]) if mode.has_range else None
         with_colour = not mode.has_range or (parameters.auto_read == 0 and "read_colour" in self.profile.commands)
         shot = Shot(pitch, self._colour(mode) if with_colour else None)
         numbers = {part.shot for part in (shot.pitch, shot.colour) if part is not None} - {None}
         if len(numbers | ({status.shot} if counts else set())) > 1:
-            raise Interrupted("the scanner sent an image of another shot", SCAN_AGAIN)
-        after, block = self.read_parameters(), self.profile.blocks.parameters
-        if any(
-            getattr(after, name) != getattr(parameters, name) for name in {"distance_mm", "mode"} & block.fields.keys()
-        ):
-            raise Interrupted("distance or mode was changed at the scanner during the shot", SCAN_AGAIN)
+            raise Interrupted("the scanner sent an image of another capture", SCAN_AGAIN)
+        if changed := self._changed(parameters):
+            names = ", ".join(name.replace("_", " ") for name in changed)
+            raise Interrupted(f"{names} was changed at the scanner during the capture", SCAN_AGAIN)
         return shot
+
+    def _changed(self, parameters: Parameters) -> list[str]:
+        """The names of the parameters that differ at the scanner from those that were set, the laser power for one.
+
+        Left out are those that the scanner was to choose, which it may show as chosen.
+        """
+        now, fields = self.read_parameters(), self.profile.blocks.parameters.fields
+        chosen = {name for name, auto in CHOSEN_BY_SCANNER.items() if getattr(parameters, name) == auto}
+        names = [name for name in RANGES if name in fields and name not in chosen]
+        return [name for name in names if getattr(now, name) != getattr(parameters, name)]
 
     @property
     def _done(self) -> State:

@@ -58,7 +58,7 @@ def parse_colour(profile: Profile, mode: ShotMode, data: bytes) -> ColourImage:
     try:
         channels = image.decode(data[header.length :], rows, cols)
     except ValueError as error:
-        raise BadReply(f"the colour image is none: {error}") from error
+        raise BadReply(f"cannot decode the colour image: {error}") from error
     kind = np.uint16 if mode is ShotMode.COLOUR_10 else np.uint8
     pixels: Samples = np.stack([channels[name] for name in channels_of(mode)], axis=2).astype(kind)
     if mode is ShotMode.COLOUR_10 and pixels.max() > MAX_TEN_BIT:

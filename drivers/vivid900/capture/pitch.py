@@ -79,7 +79,7 @@ def parse_pitch(profile: Profile, mode: Mode, data: bytes) -> Pitch:
     try:
         channels = image.decode(data[header.length :], rows, cols)
     except ValueError as error:
-        raise BadReply(f"the range image is none: {error}") from error
+        raise BadReply(f"cannot decode the range image: {error}") from error
     frames = np.rint(_frames(channels, profile.pitch.fraction) * FRACTION) / FRACTION
     frames[frames > mode.rows + mode.frames] = np.nan
     intensity = channels.get("intensity")

@@ -22,7 +22,7 @@ from restore.scan import Floats, Ints, Mask, RangeScan, with_findings
 MIN_SHARE = 0.02  # of the grid: a smaller piece is no page
 ANOTHER = 0.25  # of the largest surface: another page, or the rest of a torn one; a hand or a weight has less
 ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the laser was strong enough
-SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the picture"
+SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the image"
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
 MAX_TOUCHING = 0.04  # of a page's outline on a table of its own colour: the corners of one that is flat elsewhere
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
@@ -92,7 +92,7 @@ def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan
         count = sheet.samples.sum()
         small = count < MIN_SHARE * labels.size and count > ONE_PIECE * samples.sum()
         hint = SMALL_HINT if small else SPARSE_HINT
-        raise NotEnoughSurface(f"the largest connected surface covers {sheet.share:.1%} of the picture", hint)
+        raise NotEnoughSurface(f"the largest connected surface covers {sheet.share:.1%} of the image", hint)
     others = int((sizes >= max(ANOTHER * sizes.max(), MIN_SHARE * labels.size)).sum()) - 1
     return sheet if others == 0 else replace(sheet, scan=_with_others(scan, others))
 

@@ -1,6 +1,7 @@
 """The server's side of HTTP.
 
-protocol  connections: time and size of a request's head
-guard     who may ask: host, origin, token, body
-files     the files of the page
+connections  how many at the same time, from before their handshake
+protocol     time and size of a request's head
+guard        who may ask: host, origin, token, body
+files        the files of the page
 """

@@ -1,8 +1,9 @@
 """Who may ask, and how much: every request passes here before a route sees it.
 
 The order is that of the checks: the shape of the head, the host, the origin, the token, the length of the body, its
-time, its type. A page of another origin can neither read (no CORS headers are ever sent, the cookie is SameSite=Strict)
-nor change anything (Origin); a name that an attacker lets point to this computer is no known host (DNS rebinding).
+time, its type. A page of another origin can neither read (no CORS headers are ever sent) nor change anything (it has no
+token); a name that an attacker lets point to this computer is no known host (DNS rebinding). There is no cookie: a
+browser sends it to every port of a host, and another user of this computer may serve one of them.
 """
 
 from __future__ import annotations
@@ -12,8 +13,8 @@ import hmac
 import json
 from collections.abc import Awaitable, Callable, Iterable, MutableMapping
 from dataclasses import dataclass
-from http.cookies import CookieError, SimpleCookie
 from typing import Any
+from urllib.parse import parse_qs
 
 from station.console.faults import ConsoleFault
 
@@ -30,7 +31,9 @@ MAX_TARGET_BYTES = 4096
 SAFE = {"GET", "HEAD"}
 METHODS = SAFE | {"POST", "PUT"}
 OWN_SITES = {b"same-origin", b"none"}  # `Sec-Fetch-Site` of the page itself, and of an address that was typed
-OPEN = "/enter"  # which checks the token itself
+OPEN = ("/enter", "/")  # the first checks the token itself; the page holds nothing but the program
+OPEN_BELOW = "/page/"
+KEY = "key"  # in an address: of a picture, a stream, a file, which a browser asks for without headers
 JSON = b"application/json"
 
 CSP = "; ".join(
@@ -65,14 +68,17 @@ class Door:
 
     hosts    names and ports by which the server is reached: `127.0.0.1:8765`.
     origin   scheme of its pages: `http` or `https`.
-    token    of this start.
-    cookie   name of the cookie with the token.
+    token    of this start: `Authorization: Bearer`.
     """
 
     hosts: frozenset[str]
     scheme: str
     token: str
-    cookie: str
+
+    @property
+    def key(self) -> str:
+        """What lets an address be read in place of the token, and nothing be changed."""
+        return hmac.digest(self.token.encode(), b"addresses", "sha256").hex()
 
     @property
     def origins(self) -> frozenset[str]:
@@ -81,7 +87,15 @@ class Door:
 
     def is_token(self, given: str) -> bool:
         """Whether a text is the token, in a time that does not depend on where it differs."""
-        return hmac.compare_digest(given.encode("utf-8", "surrogatepass"), self.token.encode())
+        return _is_same(given, self.token)
+
+    def is_key(self, given: str) -> bool:
+        """Whether a text is the key, in the same way."""
+        return _is_same(given, self.key)
+
+
+def _is_same(given: str, secret: str) -> bool:
+    return hmac.compare_digest(given.encode("utf-8", "surrogatepass"), secret.encode())
 
 
 class Guard:
@@ -109,8 +123,8 @@ class Guard:
         _check_head(scope, headers)
         self._check_host(headers.only(b"host"))
         self._check_origin(scope, headers)
-        if scope["path"] != OPEN:
-            self._check_token(headers)
+        if scope["path"] not in OPEN and not scope["path"].startswith(OPEN_BELOW):
+            self._check_token(scope, headers)
         if scope["method"] not in METHODS:
             raise ConsoleFault("method", f"{scope['method']} is not answered here", "use GET, POST or PUT")
 
@@ -118,7 +132,7 @@ class Guard:
         if not host:
             raise ConsoleFault("host", "the request names no host", status=400)
         if host.decode("latin-1").lower() not in self._door.hosts:
-            raise ConsoleFault("host", "this server has no such name", "open the link that planish serve printed")
+            raise ConsoleFault("host", "the host name is not this server", "open the link that planish serve printed")
 
     def _check_origin(self, scope: MutableMapping[str, Any], headers: _Headers) -> None:
         origin, site = headers.only(b"origin"), headers.only(b"sec-fetch-site")
@@ -127,18 +141,13 @@ class Guard:
         from_page = site is not None and site.lower() not in OWN_SITES
         if foreign or (from_page and (changes or scope["path"].startswith("/api/"))):
             raise ConsoleFault("foreign_origin", "another page sent this request", "use the console's own page")
-        if origin is None and changes and headers.bearer is None:
-            raise ConsoleFault(
-                "foreign_origin",
-                "a change has to name its origin",
-                "send Origin, or Authorization: Bearer with the token",
-            )
 
-    def _check_token(self, headers: _Headers) -> None:
-        given = headers.bearer or headers.cookie(self._door.cookie)
-        if given is None:
+    def _check_token(self, scope: MutableMapping[str, Any], headers: _Headers) -> None:
+        bearer = headers.bearer
+        keys = parse_qs(scope["query_string"].decode("latin-1")).get(KEY) if scope["method"] in SAFE else None
+        if bearer is None and not keys:
             raise ConsoleFault("no_token", "this browser has no token", "open the link that planish serve printed")
-        if not self._door.is_token(given):
+        if not (self._door.is_token(bearer) if bearer is not None else self._door.is_key("".join(keys or ()))):
             raise ConsoleFault(
                 "wrong_token", "the token is that of another start", "open the link that planish serve printed last"
             )
@@ -189,14 +198,7 @@ class _Headers:
     @property
     def bearer(self) -> str | None:
         kind, _, token = (self.only(b"authorization") or b"").decode("latin-1").partition(" ")
-        return token.strip() if kind.lower() == "bearer" else None
-
-    def cookie(self, name: str) -> str | None:
-        try:
-            found = SimpleCookie((self.only(b"cookie") or b"").decode("latin-1")).get(name)
-        except CookieError:
-            return None
-        return found.value if found else None
+        return token.strip() or None if kind.lower() == "bearer" else None
 
 
 class _Replay:
@@ -227,7 +229,7 @@ def _check_head(scope: MutableMapping[str, Any], headers: _Headers) -> None:
         raise ConsoleFault("header", "the address is too long", status=414)
     coded_path = scope["raw_path"].lower()
     if any(part in coded_path for part in (b"%00", b"%2f", b"%5c", b"%2e", b"\\", b"//", b"/../", b"/./")):
-        raise ConsoleFault("not_found", "there is no such address")
+        raise ConsoleFault("not_found", "the address does not exist")
 
 
 def _too_large() -> ConsoleFault:

@@ -61,5 +61,5 @@ def preview_overlay(app_state: Looking, number: Annotated[int, Path(ge=1)]) -> R
 def _preview(app_state: AppState, number: int) -> Preview:
     found = app_state.preview
     if found is None or number != found.facts["n"]:
-        raise ConsoleFault("no_preview", "there is no such preview", "take one")
+        raise ConsoleFault("no_preview", "the preview does not exist", "take one")
     return found

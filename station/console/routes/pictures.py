@@ -18,9 +18,9 @@ from station.console.shown_pages.layers import (
     read_layer,
     read_model,
     stored_file,
-    strain_scale,
 )
-from station.console.shown_pages.tiles import KINDS, Pyramid, describe
+from station.console.shown_pages.strain import strain_pyramid, strain_scale
+from station.console.shown_pages.tiles import KINDS, Pyramid, build_pyramid, describe
 from station.console.state.app_state import AppState
 
 router = APIRouter(prefix="/api", responses=FAULTS)
@@ -65,13 +65,13 @@ def thumbnail(app_state: Looking, event: EventNumber, layer: Literal["page", "ma
 
 @router.get("/pictures/{event}/{layer}/full", response_class=Response)
 def full(app_state: Looking, event: EventNumber, layer: Layer) -> Response:
-    """The whole of a layer, as PNG."""
+    """The whole of a layer, as PNG; of the strain of a large page a smaller one."""
     session = app_state.opened().session
     found = event_of(session, event)
     if layer in STORED:
         data = stored_file(session, found, FILES[layer]).read_bytes()
     else:
-        data = encode_picture(_pyramid(app_state, event, layer).levels[-1], "png")
+        data = encode_picture(_pyramid(app_state, event, layer).whole(), "png")
     return Response(data, media_type=TYPES["png"], headers=KEPT)
 
 
@@ -117,4 +117,8 @@ def _pyramid(app_state: AppState, number: int, layer: str) -> Pyramid:
     event = event_of(session, number)
     if layer != "original" and FILES[layer] not in event.files:
         raise ConsoleFault("not_found", f"event {number} has no {layer}")
-    return app_state.pyramids.get((session.identifier, number, layer), lambda: read_layer(session, event, layer))
+
+    def build() -> Pyramid:
+        return strain_pyramid(session, event) if layer == "strain" else build_pyramid(read_layer(session, event, layer))
+
+    return app_state.pyramids.get((session.identifier, number, layer), build)

@@ -36,20 +36,13 @@ class EventStreamResponse(StreamingResponse):
             self._ended()
 
 
-COOKIE_S = 30 * 24 * 3600  # a station runs for weeks; the token is that of its start
-
-
 @router.get("/enter", include_in_schema=False)
 def enter(request: Request, token: Annotated[str, Query(max_length=200)] = "") -> Response:
-    """Exchange the token of the printed link for a cookie that no script can read."""
+    """Open the page with the token of the printed link behind the `#`, which a browser sends to no server."""
     door: Door = request.app.state.door
     if not door.is_token(token):
         return HTMLResponse(ENTER_PAGE, 401)
-    answer = RedirectResponse("/", 303)
-    answer.set_cookie(
-        door.cookie, token, max_age=COOKIE_S, httponly=True, samesite="strict", secure=door.scheme == "https", path="/"
-    )
-    return answer
+    return RedirectResponse(f"/#token={token}&key={door.key}", 303, {"Cache-Control": "no-store"})
 
 
 @router.get("/", include_in_schema=False)
@@ -138,7 +131,7 @@ def presets() -> dict[str, Any]:
 def _page_file(request: Request, name: str) -> Response:
     found: PageFile | None = request.app.state.files.get(name)
     if found is None:
-        return Json({"error": {"key": "not_found", "text": "there is no such file", "hint": "", "data": {}}}, 404)
+        return Json({"error": {"key": "not_found", "text": "the file does not exist", "hint": "", "data": {}}}, 404)
     headers = {"ETag": f'"{found.tag}"', "Cache-Control": "no-cache"}
     if request.headers.get("if-none-match") == headers["ETag"]:
         return Response(status_code=304, headers=headers)

@@ -1,4 +1,4 @@
-"""Layers of a page as pictures: the page, its master, what of it was measured, its strain, the scanner's picture."""
+"""Layers of a page as pictures: the page, its master, what of it was measured, the scanner's picture."""
 
 from __future__ import annotations
 
@@ -12,26 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from restore import BadInput, CoverageClass, RangeScan, load_scan
-from restore.drawing import rasterise
-from restore.scan import Bytes, Floats
+from restore import BadInput, CoverageClass, RangeScan, RestoreError, load_scan
+from restore.scan import Bytes
 from station.console.faults import ConsoleFault
-from station.export.model import decode_arrays
+from station.export.page_model import decode_model
 from station.images.coverage import COLOURS
-from station.pictures.strain import SIGNED, round_up
 from station.session import Event, Session, scan_path
 from station.session.photographs import first_picture, is_set
 
 MAX_PIXELS = 120_000_000  # of a picture that is shown: 360 MB as it is drawn
-MAX_MODEL_BYTES = 2**28
+MAX_MODEL_BYTES = 2**27  # of the mesh of a page: an A3 page has 20 MB
 FILES = {"page": "page.png", "master": "page-master.png", "coverage": "page-coverage.png", "strain": "page-model.plm"}
 MODEL = FILES["strain"]
+FORMATS = ("PNG",)  # of these files: no other decoder is let at them
 ON_CAPTURE = "original"
 STEPPING = ("sticks", "springs")  # methods whose steps are positions in space
-SHOWN_SHARE = 99.0  # percentile of strain at the end of the scale: a single sliver must not hide the rest
 OPACITY = {CoverageClass.OUTSIDE: 0, CoverageClass.MEASURED: 0, CoverageClass.INTERPOLATED: 110}
 OPAQUE = 170  # what was not seen as it is
-STRAIN_OPACITY = 190
 
 
 def layers_of(restored: Event | None, capture: Event | None) -> list[str]:
@@ -68,7 +65,7 @@ def stored_file(session: Session, event: Event, name: str) -> Path:
 def scan_of(session: Session, event: Event) -> RangeScan | Any:
     """The scan of a capture. Raises ConsoleFault when its files are links, BadInput when they are damaged."""
     if event.kind != "capture":
-        raise ConsoleFault("not_found", f"event {event.number} is no scan")
+        raise ConsoleFault("not_found", f"event {event.number} is not a scan")
     if is_set(event.facts):
         raise ConsoleFault("not_recorded", "photographs have no scan", "look at the restored page")
     for name in event.files:
@@ -100,30 +97,15 @@ def read_model(session: Session, event: Event) -> tuple[Mapping[str, NDArray[Any
     """The arrays (…) and the facts of a page's model. Raises ConsoleFault when the restoration kept none."""
     if MODEL not in event.files:
         raise ConsoleFault(
-            "not_recorded", "this restoration kept no model", "look at its scan; pages shot here keep one"
+            "not_recorded", "this restoration kept no model", "look at its scan; pages captured here keep one"
         )
     path = stored_file(session, event, MODEL)
     if path.stat().st_size > MAX_MODEL_BYTES:
         raise ConsoleFault("damaged", f"{path.name} is too large")
     try:
-        return decode_arrays(path.read_bytes())
-    except (ValueError, KeyError, TypeError) as error:
-        raise ConsoleFault("damaged", f"{path} is damaged", "planish verify tells more") from error
-
-
-def strain_scale(strain: Floats) -> dict[str, Any]:
-    """The scale of the strain (n,): its ends, the colours along it, and what the numbers are."""
-    return {
-        "unit": "fraction",
-        "stretch": {"min": float(strain.min()), "max": float(strain.max()), "rms": float(np.sqrt((strain**2).mean()))},
-        "end": end_of_scale(strain),
-        "colours": ["#{:02x}{:02x}{:02x}".format(*colour.astype(int)) for colour in SIGNED],
-    }
-
-
-def end_of_scale(strain: Floats) -> float:
-    """The greatest strain of the colours, of strains (n,)."""
-    return round_up(float(np.percentile(np.abs(strain), SHOWN_SHARE)))
+        return decode_model(path.read_bytes())
+    except ValueError as error:
+        raise ConsoleFault("damaged", f"{path} is damaged: {error}", "planish verify shows more") from error
 
 
 def coverage_legend(session: Session, event: Event) -> dict[str, Any]:
@@ -168,50 +150,33 @@ def _coverage_codes(path: Path) -> Bytes:
     with opened(path) as picture:
         codes = np.asarray(picture)
     if codes.ndim != 2:
-        raise BadInput(f"{path} is no coverage", "planish verify tells more")
+        raise BadInput(f"{path} is not a coverage", "planish verify shows more")
     return codes.astype(np.uint8)
-
-
-def _strain(_path: Path, session: Session, event: Event) -> Bytes:
-    """(h, w, 4): stretch in blue and red over the pixels of the page, transparent where there is none."""
-    arrays, _ = read_model(session, event)
-    with opened(stored_file(session, event, FILES["page"])) as picture:
-        width, height = picture.size
-    u, v = arrays["page_uv"].astype(np.float64).T
-    xy = np.column_stack([u * width, (1.0 - v) * height]) - 0.5
-    faces = arrays["faces"].astype(np.int64)
-    values = arrays["strain"].astype(np.float64)
-    found = rasterise(xy, faces, values[:, None], height, width)[..., 0]
-    share = np.clip(np.nan_to_num(found) / end_of_scale(values) / 2.0 + 0.5, 0.0, 1.0)
-    codes = np.rint(share * 255.0).astype(np.uint8)
-    anchors = np.linspace(0.0, 255.0, len(SIGNED))
-    table = np.column_stack([np.interp(np.arange(256), anchors, channel) for channel in SIGNED.T])
-    alpha = np.where(np.isfinite(found), STRAIN_OPACITY, 0)
-    return np.dstack([table[codes], alpha]).astype(np.uint8)
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[Image.Image]:
     """A picture of a session, its size within limits; its pixels are read when they are asked for. Raises BadInput."""
     try:
-        with Image.open(path) as picture:
+        with Image.open(path, formats=FORMATS) as picture:
             width, height = picture.size
             if width * height > MAX_PIXELS:
                 raise BadInput(f"{path} has {width} × {height} pixels: too many to be shown", "open it elsewhere")
             yield picture
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise BadInput(f"{path} is damaged: {error}", "planish verify tells more") from error
+    except (RestoreError, ConsoleFault, MemoryError):
+        raise
+    except Exception as error:  # a decoder raises whatever it trips over
+        raise BadInput(f"{path} is damaged: {error}", "planish verify shows more") from error
 
 
 def _refuse_links(session: Session, path: Path) -> None:
     """Raise ConsoleFault for a path that leads out of its session."""
     if path.is_symlink() or not path.resolve().is_relative_to(session.folder.resolve()) or not path.is_file():
-        raise ConsoleFault("damaged", f"{path} is no file of the session", "planish verify tells more")
+        raise ConsoleFault("damaged", f"{path} is not a file of the session", "planish verify shows more")
 
 
 READERS: Mapping[str, Callable[[Path, Session, Event], Bytes]] = {
     "page": _picture,
     "master": _picture,
     "coverage": _coverage,
-    "strain": _strain,
 }

@@ -11,13 +11,15 @@ from restore import RangeScan
 from restore.drawing import rasterise
 from restore.scan import Floats
 from station.console.faults import ConsoleFault
-from station.console.shown_pages.layers import end_of_scale, read_model, scan_of
+from station.console.shown_pages.layers import read_model, scan_of
+from station.console.shown_pages.strain import end_of_scale
 from station.export.mesh import unit_square
 from station.export.model import centred, encode_arrays
 from station.session import Event, Session
 
 KINDS = ("scan", "mesh", "steps")
 PX_PER_MM = 2.0  # of the map by which lengths are measured: finer than the mesh's faces
+MAX_MAP_PX = 2**23  # of that map: A0 has four millions, larger pages have fewer pixels to a millimetre
 EDGE_PX = 3.0  # beyond the page within which its edge is meant
 SAMPLES = 512  # along a line that is measured
 SHOWN = 200  # of them that are drawn
@@ -79,12 +81,14 @@ class Ruler:
     def __init__(self, vertices: Floats, flat: Floats, faces: Any) -> None:
         """The mesh of a page: vertices (n, 3) mm, flat (n, 2) mm with y up, faces (m, 3)."""
         corner = np.array([flat[:, 0].min(), flat[:, 1].max()])
-        place = (flat - corner) * [PX_PER_MM, -PX_PER_MM]
+        area = float(np.prod(np.ptp(flat, axis=0) + 1.0 / PX_PER_MM))
+        self._px_per_mm = min(PX_PER_MM, (MAX_MAP_PX / area) ** 0.5)
+        place = (flat - corner) * [self._px_per_mm, -self._px_per_mm]
         width, height = np.maximum(1, np.ceil(place.max(axis=0))).astype(int)
         found = rasterise(place - 0.5, faces, vertices, int(height), int(width)).astype(np.float64)
         away, nearest = distance_transform_edt(~np.isfinite(found[..., 0]), return_indices=True)
         self._away, self._places = away, found[tuple(nearest)]
-        self.size_mm = place.max(axis=0) / PX_PER_MM
+        self.size_mm = place.max(axis=0) / self._px_per_mm
 
     def measure(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, Any]:
         """The length between two points of the page, mm from its upper left corner, y down.
@@ -92,13 +96,13 @@ class Ruler:
         Straight on the page, along the sheet on the same line, and straight through space. Raises ConsoleFault.
         """
         line = np.linspace(start, end, SAMPLES)
-        at = (line * PX_PER_MM - 0.5).T[::-1]
+        at = (line * self._px_per_mm - 0.5).T[::-1]
         ends = at[:, [0, -1]]
         limits = np.array(self._away.shape)[:, None] - 1
         outside = np.abs(ends - np.clip(ends, 0, limits)).max(axis=0)
         away = map_coordinates(self._away, ends, order=1, mode="nearest")
         if (outside + away > EDGE_PX).any():
-            raise ConsoleFault("off_page", "a point lies beside the page", "choose one on it")
+            raise ConsoleFault("off_page", "a point lies next to the page", "choose one on it")
         places = np.stack([map_coordinates(self._places[..., k], at, order=1, mode="nearest") for k in range(3)], 1)
         steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
         return {

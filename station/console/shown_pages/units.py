@@ -11,5 +11,6 @@ UNITS = {
     "sampling_ppi": "ppi",
     "blur_px": "px",
     "clipped_fraction": "fraction",
+    "left_out_fraction": "fraction",
     "similarity": "",
 }

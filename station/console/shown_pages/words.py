@@ -47,8 +47,8 @@ def read_words(path: Path) -> list[Word]:
             for word in line.iter(f"{{{NAMESPACE}}}String"):
                 x, y, w, h = (round(float(word.attrib[name])) for name in PLACES)
                 found.append(Word(word.attrib["CONTENT"], x, y, w, h, number))
-    except (ElementTree.ParseError, ValueError, KeyError, OverflowError) as error:
-        raise ConsoleFault("damaged", f"{path} is damaged: {error}", "planish verify tells more") from error
+    except (ElementTree.ParseError, ValueError, LookupError, OverflowError) as error:
+        raise ConsoleFault("damaged", f"{path} is damaged: {error}", "planish verify shows more") from error
     return found
 
 

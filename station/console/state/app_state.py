@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from datetime import datetime
 from functools import partial
@@ -18,7 +18,7 @@ import drivers
 from drivers import ScannerError
 from restore import RangeScan
 from station.config import StationConfig
-from station.console.faults import ConsoleFault, problem_of
+from station.console.faults import REPORTED, ConsoleFault, problem_of
 from station.console.shown_pages.layers import event_of
 from station.console.shown_pages.models import Ruler, ruler_of
 from station.console.shown_pages.tiles import Pyramids
@@ -32,12 +32,16 @@ from station.console.state.jobs import COMMAND, Job, Jobs
 from station.console.state.open_session import Listener, OpenSession, Restorations, WritableSession
 from station.console.state.preview import Preview, look_at
 from station.console.state.scanner import Open, ScannerOwner
-from station.console.state.shown import stamp, state_of
+from station.console.state.shown import session_state, stamp, state_of
+from station.errors import explain
 from station.run.small_page import get_ready
-from station.session.overview import SETTINGS, preset_of
+from station.session.facts import SETTINGS
+from station.session.overview import preset_of
 from station.session.presets import Preset
+from station.session.reading import VERIFY, SessionDamaged
 from station.session.stages import run_restore
 from station.session.store import Session, read_session, utc
+from station.session.texts import check_text
 from station.verdict.thresholds import Thresholds
 from station.workers.background import background
 
@@ -114,12 +118,16 @@ class AppState:
 
     def state(self) -> dict[str, Any]:
         """The state of the station as JSON values. Raises OSError."""
+        self._drop_unreadable()
         return state_of(self.root, self.open_session, self.scanner, self.control, self.jobs, self.failed, self.now())
 
     # The open session.
 
     def open(self, name: str, *, read_only: bool = False) -> None:
-        """Open a session, after closing the one that is open. Raises ConsoleFault, StationError, OSError."""
+        """Open a session, after closing the one that is open. It is open with all that is shown of it, or not at all.
+
+        Raises ConsoleFault, StationError, OSError.
+        """
         with self._lock:
             folder = sessions.find(self.root, name)
             self._close()
@@ -171,18 +179,29 @@ class AppState:
         listener = Listener(self._line, self._session_changed, self._loop_ended)
         opened = WritableSession(folder, shoot, listener, restorations=self._restorations)
         opened.start()
-        self._enter(opened.session)
+        with _all_or_nothing(opened):
+            self._enter(opened.session)
         return opened
 
     def _watched(self, folder: Path) -> OpenSession:
         opened = OpenSession(folder, held_by=sessions.holder_of(folder) or "")
-        opened.rows()
-        return opened
+        with _all_or_nothing(opened):
+            return opened
+
+    def _drop_unreadable(self) -> None:
+        """Let a session go that another process writes to, once it cannot be read any more; say why."""
+        opened = self.open_session
+        if opened is None or not opened.is_read_only:
+            return
+        try:
+            session_state(opened)
+        except Exception as error:
+            self.failed, self.open_session = problem_of(error), None
 
     def _close(self) -> None:
         if self.open_session is not None:
             if not self.open_session.is_read_only and self.scanner.as_json()["busy"] == "capture":
-                raise ConsoleFault("session_open", "a page is being shot", "wait until it is stored")
+                raise ConsoleFault("session_open", "a page is being captured", "wait until it is stored")
             opened, self.open_session = self.open_session, None
             opened.close()
 
@@ -191,16 +210,18 @@ class AppState:
     def press(self, action: str, page: int | None = None, text: str | None = None) -> int | None:
         """Have an action of the operator done, on the current page where none is named; returns its page.
 
-        Returns at once. Raises ConsoleFault when it cannot be done.
+        Returns at once. Raises ConsoleFault when it cannot be done, UsageError for control characters in the text.
         """
         if action == "preview":
             self.look()
             return None
         opened = self.writable()
+        if text is not None:
+            text = check_text(action, text)
         page = page or opened.page
         if action in ON_A_PAGE:
             if page is None:
-                raise ConsoleFault("no_page", "there is no page yet", "shoot the first one")
+                raise ConsoleFault("no_page", "no page has been captured yet", "capture the first one")
             opened.row(page)
         if action in SHOTS:
             self.scanner.reserve("capture")
@@ -214,7 +235,12 @@ class AppState:
                     self.scanner.release()
                     self._send_rows()  # its restoration has begun
 
-        opened.do(task)
+        try:
+            opened.do(task)
+        except ConsoleFault:  # it was closed at the same moment
+            if action in SHOTS:
+                self.scanner.release()
+            raise
         return page
 
     def look(self) -> None:
@@ -235,7 +261,7 @@ class AppState:
     def change(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Change settings by their keys, and return all. Raises ConsoleFault for a value that is not possible."""
         if self.scanner.as_json()["busy"] is not None:
-            raise ConsoleFault("busy", "the scanner is shooting", "change settings when it has ended")
+            raise ConsoleFault("busy", "the scanner is capturing", "change settings when it has ended")
         opened = None if self.open_session is None else self.writable()
         base = None if opened is None else Preset.model_validate(opened.session.volume.preset_values)
         changes = settings.changed(self._changes(), values, self.scanner.configured, base)
@@ -312,3 +338,17 @@ class AppState:
             if opened is not None and opened.is_read_only and self.event_stream.count:
                 with suppress(Exception):
                     await asyncio.to_thread(self._send_rows)
+
+
+@contextmanager
+def _all_or_nothing(opened: OpenSession) -> Iterator[None]:
+    """Close a session whose block fails, or of which not all can be shown: SessionDamaged for any other error."""
+    try:
+        yield
+        session_state(opened)
+        settings.changes_of(opened.session)
+    except BaseException as error:
+        opened.close()
+        if isinstance(error, REPORTED) or not isinstance(error, Exception):
+            raise
+        raise SessionDamaged(f"{opened.folder} cannot be shown: {explain(error).message}", VERIFY) from error

@@ -111,7 +111,7 @@ class Jobs:
         """A job by its id. Raises ConsoleFault."""
         job = self._jobs.get(number)
         if job is None:
-            raise ConsoleFault("not_found", f"there is no job {number}", "jobs are those of this start")
+            raise ConsoleFault("not_found", f"the job {number} does not exist", "jobs are those of this start")
         return job
 
     def begin(self, kind: str, about: Mapping[str, Any], task: Mapping[str, Any]) -> Job:

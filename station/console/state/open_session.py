@@ -19,6 +19,7 @@ from station.session import Page, Session, decide, open_session, read_session
 from station.session.bag import LOG, TAG_MANIFEST
 from station.session.judging import lacks_verdict
 from station.session.stages import RESTORE, Submit, run_restore
+from station.session.store import identity_of
 from station.workers.background import background
 
 DECISION_S = 150.0  # for a decision to be recorded: after the shot that is under way, at the latest
@@ -57,7 +58,7 @@ class OpenSession:
     def __init__(self, folder: Path, *, held_by: str = "") -> None:
         self.folder, self.name, self.held_by = folder, folder.name, held_by
         self._rows: tuple[tuple[int, tuple[int, ...]], list[Row]] | None = None
-        self._read: tuple[int, Session] | None = None
+        self._read: tuple[tuple[object, int], Session] | None = None
 
     @property
     def is_read_only(self) -> bool:
@@ -67,9 +68,9 @@ class OpenSession:
     @property
     def session(self) -> Session:
         """The session as it stands."""
-        size = (self.folder / LOG).stat().st_size
-        if self._read is None or self._read[0] != size:
-            self._read = (size, read_session(self.folder))
+        now = identity_of(self.folder), (self.folder / LOG).stat().st_size
+        if self._read is None or self._read[0] != now:
+            self._read, self._rows = (now, read_session(self.folder)), None
         return self._read[1]
 
     @property
@@ -134,6 +135,8 @@ class WritableSession(OpenSession):
         self._recovery: dict[str, Any] | None = None
         self._resumed: list[int] = []
         self.loop: CaptureLoop | None = None
+        self._taking = threading.Lock()
+        self._is_leaving = False
 
     def start(self) -> None:
         """Open the session. Raises FolderInUse, BadInput, SessionDamaged, OSError."""
@@ -168,8 +171,11 @@ class WritableSession(OpenSession):
         return {**self._recovery, "resumed": self._resumed, "left": len(waiting & set(self._resumed))}
 
     def do(self, task: Task) -> None:
-        """Have something done by the loop, between two keys."""
-        self._running.inbox.put(task)
+        """Have something done by the loop, between two keys. Raises ConsoleFault when it is being closed."""
+        with self._taking:
+            if self._is_leaving:
+                raise ConsoleFault("no_session_open", f"{self.name} is being closed", "open it again")
+            self._running.inbox.put(task)
 
     def decide(self, name: str, value: object) -> None:
         """Record a decision on the volume, and wait until it is. Raises OSError when the disk refuses."""
@@ -193,7 +199,9 @@ class WritableSession(OpenSession):
         def leave() -> None:
             raise _Leave
 
-        self.do(leave)
+        with self._taking:  # what was taken before is done before
+            self._is_leaving = True
+            self._running.inbox.put(leave)
         self._thread.join()
 
     def join(self, timeout: float) -> bool:
@@ -215,7 +223,11 @@ class WritableSession(OpenSession):
                     self._opened.set_exception(error)
                     return
                 self._opened.set_result(None)
-                self._running.run()
+                try:
+                    self._running.run()
+                finally:
+                    with self._taking:
+                        self._is_leaving = True
         except _Leave:
             self._listener.ended(None)
         except BaseException as error:

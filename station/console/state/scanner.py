@@ -68,10 +68,12 @@ class ScannerOwner:
     def reserve(self, what: Busy) -> None:
         """Take the scanner for one shot. Raises ConsoleFault when there is none, or when it is shooting."""
         if self.config is None:
-            raise ConsoleFault("no_scanner", "there is no scanner", "start planish serve with --config")
+            raise ConsoleFault("no_scanner", "no scanner is configured", "start planish serve with --config")
         with self._lock:
             if self._shown.busy is not None:
-                raise ConsoleFault("busy", "the scanner is shooting", "wait until it has ended", doing=self._shown.busy)
+                raise ConsoleFault(
+                    "busy", "the scanner is capturing", "wait until it has ended", doing=self._shown.busy
+                )
             self._shown.busy, self._shown.since = what, self.now()
         self.changed()
 
@@ -173,7 +175,7 @@ class ScannerOwner:
 
     def _progress(self, step: str, done: float) -> None:
         if self._cancelled.is_set():
-            raise Ending("the server is ending", "shoot the page again")
+            raise Ending("the server is ending", "capture the page again")
         self._show(step=step, done=done)
 
     def _close(self) -> None:

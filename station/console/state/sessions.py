@@ -30,7 +30,7 @@ def find(root: Path, name: str) -> Path:
     """The folder of a session, looked up by its name in the listing. Raises ConsoleFault."""
     folder = folders_of(root).get(name)
     if folder is None:
-        raise ConsoleFault("no_session", f"there is no session {name!r} here", f"sessions lie in {root}")
+        raise ConsoleFault("no_session", f"the session {name!r} does not exist here", f"sessions lie in {root}")
     return folder
 
 
@@ -49,7 +49,7 @@ def create(root: Path, name: str, *, preset: str, station: str, words: bool = Fa
     if name in os.listdir(root):  # noqa: PTH208 — names, links and files among them
         raise ConsoleFault("exists", f"{name} is there already", "choose another name")
     if preset not in {path.stem for path in PRESETS.glob("*.toml")}:
-        raise ConsoleFault("invalid", f"there is no preset {preset!r}", "see the list of presets")
+        raise ConsoleFault("invalid", f"the preset {preset!r} does not exist", "see the list of presets")
     settings = load_preset(preset).model_dump(mode="json", exclude_none=True)
     if words:
         check_language(find_tesseract(), settings["language"])

@@ -17,8 +17,8 @@ from restore import Settings
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.units import UNITS
 from station.session import VOLUME, Session
-from station.session.overview import SETTINGS, changed_preset
-from station.session.presets import Preset
+from station.session.facts import SETTINGS
+from station.session.presets import Preset, changed_preset
 from station.verdict.thresholds import Thresholds, check_limits
 
 CAPTURE, RESTORE, VERDICT = "capture", "restore", "verdict"
@@ -31,8 +31,8 @@ CAPTURE_FIELDS: Mapping[str, tuple[str, str, float | None, float | None, list[st
     "distance_mm": ("number", "mm", MIN_DISTANCE_MM, MAX_DISTANCE_MM, None, True, "lens to page; empty: autofocus"),
     "laser_power": ("integer", "", 1, MAX_LASER_POWER, None, True, "empty: the scanner chooses"),
     "gain": ("integer", "", 0, MAX_GAIN, None, True, "gain of the sensor; empty: the scanner chooses"),
-    "average": ("integer", "", 1, MAX_AVERAGE, None, False, "shots that are averaged"),
-    "multi_depth": ("flag", "", None, None, None, False, "further shots where the page exceeds the depth window"),
+    "average": ("integer", "", 1, MAX_AVERAGE, None, False, "captures that are averaged"),
+    "multi_depth": ("flag", "", None, None, None, False, "further captures where the page exceeds the depth window"),
 }
 RESTORE_UNITS = {"dpi": "dpi", "inpaint_mm": "mm"}
 
@@ -59,7 +59,7 @@ def changed(changes: Changes, values: Mapping[str, Any], configured: CaptureSett
     for key, value in values.items():
         group, _, name = key.partition(".")
         if key not in known:
-            raise _invalid(key, "there is no such setting")
+            raise _invalid(key, "the setting is not known")
         merged[group].pop(name, None)
         if value is not None:
             merged[group][name] = value
@@ -175,7 +175,7 @@ def _check_kind(name: str, value: Any) -> None:
     kinds: dict[str, tuple[type, ...]] = {"choice": (str,), "number": (int, float), "integer": (int,), "flag": (bool,)}
     kind = CAPTURE_FIELDS[name][0]
     if value is not None and (not isinstance(value, kinds[kind]) or (isinstance(value, bool) and kind != "flag")):
-        raise TypeError(f"{value!r} is no {kind}")
+        raise TypeError(f"{value!r} is not of the kind {kind}")
 
 
 def _invalid(key: str, text: str) -> ConsoleFault:

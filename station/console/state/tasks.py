@@ -2,38 +2,35 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from datetime import datetime
-from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
 from station.console.faults import ConsoleFault
 from station.console.state import sessions
+from station.storage.session_folder import BATCHES, EXPORTS, refuse_session
 
-EXPORTS, BATCHES = "exports", "batches"  # folders beside the sessions
 Task = tuple[str, dict[str, Any], dict[str, Any]]
 """The kind of a job, what is shown of it, and what its process reads."""
 
 
 def export_task(root: Path, folder: Path, kind: str, url: str | None) -> Task:
-    """To export the session of a folder. root: folder with the sessions."""
-    out = free_folder(root / EXPORTS / f"{folder.name}-{kind}")
-    task = {"session": str(folder), "out": str(out), "format": kind, "url": url}
+    """To export the session of a folder. root: folder with the sessions. Raises UsageError."""
+    task = {"session": str(folder), "out": _place(root / EXPORTS / f"{folder.name}-{kind}"), "format": kind, "url": url}
     return "export", {"session": folder.name, "format": kind}, task
 
 
 def batch_task(
     root: Path, held: Path | None, names: list[str], workers: int | None, now: Callable[[], datetime]
 ) -> Task:
-    """To restore all pages of sessions that are not restored. Raises ConsoleFault.
+    """To restore all pages of sessions that are not restored. Raises ConsoleFault, UsageError.
 
     held: folder of the session that this process writes to.
     """
     folders = [_closed(root, held, name) for name in dict.fromkeys(names)]
-    out = free_folder(root / BATCHES / now().strftime("%Y-%m-%d-%H%M%S"))
-    task = {"sessions": [str(folder) for folder in folders], "out": str(out), "workers": workers}
+    out = _place(root / BATCHES / now().strftime("%Y-%m-%d-%H%M%S"))
+    task = {"sessions": [str(folder) for folder in folders], "out": out, "workers": workers}
     return "batch", {"sessions": [folder.name for folder in folders]}, task
 
 
@@ -42,10 +39,10 @@ def verify_task(root: Path, held: Path | None, name: str) -> Task:
     return "verify", {"session": name}, {"session": str(_closed(root, held, name))}
 
 
-def free_folder(folder: Path) -> Path:
-    """A folder that is not there: the one given, or with the first number that is free."""
-    names = chain([folder], (folder.with_name(f"{folder.name}-{number}") for number in count(2)))
-    return next(name for name in names if not os.path.lexists(name))
+def _place(out: Path) -> str:
+    """Where a job writes, with a number when its turn comes and something of that name is there."""
+    refuse_session(out, "move the session to another name: this one is for exports and batches")
+    return str(out)
 
 
 def _closed(root: Path, held: Path | None, name: str) -> Path:

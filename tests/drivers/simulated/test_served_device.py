@@ -92,7 +92,7 @@ def test_standard_commands_and_sense_data_come_through(port: int) -> None:
 def test_nobody_listening_is_told_of() -> None:
     with listen() as taken:
         free = taken.getsockname()[1]
-    with pytest.raises(TransportError, match="nobody listens"):
+    with pytest.raises(TransportError, match="no server listens"):
         TcpDevice("127.0.0.1", free)
 
 

@@ -188,7 +188,7 @@ def test_a_capture_without_commands_says_so(tmp_path):
     ("content", "message"),
     [
         (b"", "empty"),
-        (b"not a capture at all", "no pcapng"),
+        (b"not a capture at all", "not a pcapng"),
         (bytes.fromhex("d4c3b2a1") + bytes(20), "old kind"),
         (bytes.fromhex("0a0d0d0a"), "damaged|no USB"),
     ],

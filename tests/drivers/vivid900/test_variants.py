@@ -114,7 +114,7 @@ def test_images_that_tell_their_shot_are_compared_even_without_a_status(make_sta
         old = stand.device._record.colour
         part = stand.device._part
         stand.device._part = lambda image, block, **span: part(image, old if image == "colour" else block, **span)
-        with pytest.raises(Interrupted, match="another shot"):
+        with pytest.raises(Interrupted, match="another capture"):
             camera.capture(SET)
         stand.device._part = part
 

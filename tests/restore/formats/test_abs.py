@@ -93,7 +93,7 @@ def test_without_a_picture_the_samples_lie_on_the_grid_itself(shot, tmp_path):
 def test_a_picture_of_another_shape_is_refused(shot, tmp_path):
     write_abs(shot(), tmp_path / "page.abs")
     Image.new("RGB", (320, 320)).save(tmp_path / "other.png")
-    with pytest.raises(BadInput, match=r"page\.abs: the picture of 320 × 320 pixels does not fit"):
+    with pytest.raises(BadInput, match=r"page\.abs: the image of 320 × 320 pixels does not fit"):
         load_scan(tmp_path / "page.abs", tmp_path / "other.png")
 
 
@@ -106,7 +106,7 @@ def test_a_picture_of_another_shape_is_refused(shot, tmp_path):
         (HEADER + BODY + "7\n", "holds 25 numbers, 2 × 3 samples need 24"),
         (HEADER + BODY[:-4], "seems cut short: it holds 23 numbers"),
         (HEADER, "seems cut short: it holds 0 numbers"),
-        (HEADER + BODY.replace("5", "five"), "holds b'five', which is no number"),
+        (HEADER + BODY.replace("5", "five"), "holds b'five', which is not a number"),
         (HEADER + BODY.replace("5", "1e9"), "beyond 100000 mm"),
     ],
 )

@@ -70,7 +70,7 @@ def test_names_are_sorted_as_people_number_them(tmp_path):
 def test_a_missing_picture_is_told_before_any_is_read(folder):
     (folder / "capture_7.png").unlink()
     (folder / "capture_8.png").write_bytes(b"no picture")
-    with pytest.raises(BadInput, match=r"holds 31 pictures.*are 32"):
+    with pytest.raises(BadInput, match=r"holds 31 images.*are 32"):
         load_scan(folder)
 
 
@@ -83,12 +83,12 @@ def test_pictures_of_two_sizes_are_refused_by_name(folder):
 def test_dark_pictures_are_refused(folder):
     for path in folder.glob("*.png"):
         Image.fromarray(np.zeros((180, 240, 3), np.uint8)).save(path)
-    with pytest.raises(NotEnoughSurface, match=r"0.0% of the picture"):
+    with pytest.raises(NotEnoughSurface, match=r"0.0% of the image"):
         load_scan(folder)
 
 
 def test_a_texture_of_its_own_is_refused(folder):
-    with pytest.raises(BadInput, match="own picture"):
+    with pytest.raises(BadInput, match="own image"):
         load_scan(folder, texture=folder / "capture_0.png")
 
 

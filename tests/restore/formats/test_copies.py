@@ -49,7 +49,7 @@ def test_every_face_comes_back_once(own_vertices, turned):
     for name in ("vertices", "faces", "texcoords", "colours"):
         np.testing.assert_array_equal(getattr(back, name), getattr(mesh, name))
     assert [one.text for one in back.findings] == [
-        f"faces that lay on others, as in a double-sided export, were merged: {len(mesh.faces)}"
+        f"{len(mesh.faces)} duplicate faces were merged, as of a double-sided export"
     ]
 
 

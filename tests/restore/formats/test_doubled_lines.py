@@ -35,7 +35,7 @@ def test_a_line_written_over_others_is_filled_in(segment, axis, from_line, to_li
     assert np.abs(found - segment[0])[segment[1]].max() < 2.0  # of a link of 20: what bends between two lines
     assert np.abs(broken - segment[0])[segment[1]].max() > 19.0
     (said,) = (one.text for one in findings)
-    assert f"{len(to_lines)} filled in" in said
+    assert f"{len(to_lines)} interpolated" in said
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -46,4 +46,4 @@ def test_a_line_too_many_is_left_out_with_its_part_of_the_picture(segment, axis)
     np.testing.assert_array_equal(found, segment[0])
     np.testing.assert_array_equal(valid, segment[1])
     np.testing.assert_array_equal(where, places)
-    assert "1 left out" in findings[0].text
+    assert "1 skipped" in findings[0].text

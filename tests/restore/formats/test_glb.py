@@ -90,14 +90,14 @@ def drop(*keys):
         (set_in("bufferViews", 0, "byteLength", value=10**9), "a buffer view ends behind the data"),
         (set_in("bufferViews", 0, "buffer", value=1), "bufferViews.0.buffer"),
         (set_in("meshes", 0, "primitives", 0, "indices", value=77), "uses an array that is not there"),
-        (set_in("textures", 0, "source", value=5), "a picture that is not there"),
-        (set_in("images", 0, value={"uri": "page.png"}), "does not hold its picture"),
+        (set_in("textures", 0, "source", value=5), "an image that is not there"),
+        (set_in("images", 0, value={"uri": "page.png"}), "does not hold its image"),
         (
             set_in("images", 0, "bufferView", value=0),
-            "the picture inside is no readable picture: its kind is not known",
+            "the image inside is not a readable image: its kind is not known",
         ),
         (set_in("nodes", value=[{}] * 1000), "nodes: List should have at most 256"),
-        (set_in("scene", value=7), "is no readable GLB file"),
+        (set_in("scene", value=7), "is not a readable GLB file"),
         (drop("meshes"), "no triangle"),
         (set_in("extensionsRequired", value=["KHR_draco_mesh_compression"]), "extension KHR_draco_mesh_compression"),
         (set_in("extensionsRequired", value=["KHR_materials_unlit", "VENDOR_x"]), "requires the extension VENDOR_x"),
@@ -122,7 +122,7 @@ def test_a_part_without_texture_coordinates_is_left_out_and_the_picture_stays(ex
     there, back = load_scan(exported()), load_scan(exported(add_bare_part))
     np.testing.assert_array_equal(back.texture_xy, there.texture_xy)
     np.testing.assert_array_equal(back.points, there.points)
-    assert "faces have no texture coordinates and are left out" in back.findings[0].text
+    assert "faces have no texture coordinates and are skipped" in back.findings[0].text
 
 
 def test_a_circle_of_nodes_has_an_end(exported):
@@ -137,7 +137,7 @@ def test_another_picture_replaces_the_one_inside(exported, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("size", "fault"), [(4, "is no whole glTF 2"), (12, "cut short"), (30, "cut short"), (3000, "cut short")]
+    ("size", "fault"), [(4, "is not a whole glTF 2"), (12, "cut short"), (30, "cut short"), (3000, "cut short")]
 )
 def test_a_cut_file_is_named(exported, size, fault):
     path = exported()

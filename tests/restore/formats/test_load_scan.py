@@ -35,7 +35,7 @@ def test_an_unknown_kind_is_told_the_known_ones(tmp_path):
 
 def test_what_is_no_regular_file_is_told(tmp_path):
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(BadInput, match="pipe is no regular file"):
+    with pytest.raises(BadInput, match="pipe is not a regular file"):
         load_scan(tmp_path / "pipe")
 
 
@@ -61,7 +61,7 @@ def test_capital_letters_are_as_good(shot, tmp_path):
 
 def test_a_pipe_is_no_scan_and_does_not_block(tmp_path):
     os.mkfifo(tmp_path / "scan.abs")
-    with pytest.raises(BadInput, match="no regular file"):
+    with pytest.raises(BadInput, match="not a regular file"):
         load_scan(tmp_path / "scan.abs")
 
 
@@ -129,7 +129,7 @@ def test_a_given_picture_needs_a_place(mesh, tmp_path):
     sheet = mesh()
     write_ply(SurfaceMesh(sheet.vertices + [60.0, 0, 300], sheet.faces), tmp_path / "moved.ply")
     Image.new("RGB", (640, 480)).save(tmp_path / "other.png")
-    with pytest.raises(BadInput, match=r"moved\.ply does not say where the picture .*other\.png lies on it"):
+    with pytest.raises(BadInput, match=r"moved\.ply does not say where the image .*other\.png lies on it"):
         load_scan(tmp_path / "moved.ply", tmp_path / "other.png")
     Image.new("RGB", (640, 480)).save(tmp_path / "moved.png")
     assert load_scan(tmp_path / "moved.ply").texture is None  # a picture that only happens to be there is let be
@@ -144,7 +144,7 @@ def test_a_given_picture_that_is_missing_is_named(mesh, tmp_path):
 def test_a_scan_folder_keeps_its_own_picture(shot, tmp_path):
     save_scan(shot(), tmp_path / "scan")
     Image.new("RGB", (640, 480)).save(tmp_path / "other.png")
-    with pytest.raises(BadInput, match="a scan folder has its own picture"):
+    with pytest.raises(BadInput, match="a scan folder has its own image"):
         load_scan(tmp_path / "scan", tmp_path / "other.png")
 
 

@@ -108,11 +108,11 @@ def test_ways_to_name_the_picture(written, name):
 @pytest.mark.parametrize(
     ("head", "material", "fault"),
     [
-        ("mtllib a.mtl\nusemtl other\n", MATERIAL, "its picture 'missing.png' is missing"),
+        ("mtllib a.mtl\nusemtl other\n", MATERIAL, "its image 'missing.png' is missing"),
         ("mtllib ../gone.mtl\n", MATERIAL, r"'\.\./gone\.mtl' outside its own folder"),
         ("mtllib /etc/passwd\n", MATERIAL, "'/etc/passwd' outside its own folder"),
         ("mtllib a.mtl\n", "newmtl page\nmap_Kd C:\\scans\\page.png\n", "outside its own folder"),
-        ("mtllib a.mtl\n", "newmtl page\nmap_Kd a.mtl\n", "no readable picture"),
+        ("mtllib a.mtl\n", "newmtl page\nmap_Kd a.mtl\n", "not a readable image"),
     ],
 )
 def test_a_picture_that_cannot_be_had_is_named_unless_another_is_given(written, tmp_path, head, material, fault):
@@ -140,7 +140,7 @@ def test_a_byte_order_mark_and_the_case_of_a_keyword_do_not_matter(written, key,
 @pytest.mark.parametrize("options", ["-s 1 -1 1", "-s 2", "-clamp on -o 0.5 0 0", "-o 0 .1"])
 def test_options_that_move_the_picture_are_refused(written, options):
     text = "mtllib a.mtl\nusemtl page\n" + SQUARE + FACE
-    with pytest.raises(BadInput, match=r"a\.obj: the option -[so] .* moves its picture"):
+    with pytest.raises(BadInput, match=r"a\.obj: the option -[so] .* moves its image"):
         load_scan(written(text, f"newmtl page\nmap_Kd {options} picture.png\n"))
     assert (
         load_scan(written(text, f"newmtl page\nmap_Kd picture.png\nnewmtl b\nmap_Kd {options} b.png\n")).texture
@@ -151,9 +151,9 @@ def test_options_that_move_the_picture_are_refused(written, options):
 @pytest.mark.parametrize(
     "value, fault",
     [
-        ("nan", r"\(nan, 0\) of the vertex at \(9, 0, -700\) mm is no number"),
-        ("-inf", r"\(-inf, 0\) .* is no number"),
-        ("1e4", r"\(10000, 0\) of the vertex at \(9, 0, -700\) mm lies far outside the picture"),
+        ("nan", r"\(nan, 0\) of the vertex at \(9, 0, -700\) mm is not a number"),
+        ("-inf", r"\(-inf, 0\) .* is not a number"),
+        ("1e4", r"\(10000, 0\) of the vertex at \(9, 0, -700\) mm lies far outside the image"),
     ],
 )
 def test_a_texture_coordinate_that_cannot_be_is_named_with_its_vertex(written, value, fault):
@@ -181,13 +181,16 @@ def test_faces_without_texture_coordinates_are_left_out_and_the_picture_stays(wr
     path = written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE + "f 1/1 2/2 4/4\nf 1/1 3/3 4\n")
     mesh = load_scan(path)
     assert mesh.texture.shape == (10, 20, 3) and mesh.faces.shape == (2, 3)
-    assert mesh.findings[0].text.startswith("1 of 3 faces have no texture coordinates and are left out")
+    assert mesh.findings[0].text.startswith("1 of 3 faces have no texture coordinates and are skipped")
 
 
 def test_where_most_faces_have_no_texture_coordinates_the_surface_stays(written):
     mesh = load_scan(written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE + "f 1 3 4\nf 1 2 4\n"))
     assert mesh.texcoords is None and len(mesh.faces) == 3
-    assert "2 of 3 faces have no texture coordinates: the picture is left out" in [one.text for one in mesh.findings]
+    assert (
+        "2 of 3 faces have no texture coordinates: the image is not used. Export the mesh with all texture coordinates"
+        in [one.text for one in mesh.findings]
+    )
 
 
 def test_without_a_picture_no_face_is_left_out(written):
@@ -202,7 +205,7 @@ def test_without_a_picture_no_face_is_left_out(written):
         (SQUARE, "no triangle"),
         (SQUARE + "f 1 2 99\n", "out of bounds"),
         (SQUARE + "f 1 2 -99\n", "out of bounds"),
-        (SQUARE.replace("9", "nine", 1) + FACE, "b'nine', which is no number"),
+        (SQUARE.replace("9", "nine", 1) + FACE, "b'nine', which is not a number"),
         (SQUARE.replace("9", "eight", 1) + FACE, "line 2: a word stands where a number should be"),
         (SQUARE + "f 1 2 x\n", "line 10: a corner of the face is not of the form"),
         (SQUARE + "f" + " 1" * 1_000_000 + "\n", "more than 256 corners"),
@@ -345,4 +348,4 @@ def test_a_file_that_was_cut_between_two_lines_is_refused_or_warned_of(mesh, tmp
             read_obj(tmp_path / "a.obj")
     for share in (0.6, 0.95):
         (tmp_path / "a.obj").write_bytes(b"".join(lines[: len(lines) - last + int(share * last)]))
-        assert "is the file cut short?" in load_scan(tmp_path / "a.obj").findings[0].text
+        assert "the file is cut short" in load_scan(tmp_path / "a.obj").findings[0].text

@@ -30,5 +30,5 @@ def test_every_vertex_keeps_its_colour():
 
 def test_more_pictures_than_a_scan_has_are_refused():
     pictures = [np.zeros((2, 2, 3), np.uint8)] * (MAX_PICTURES + 1)
-    with pytest.raises(BadInput, match="pictures with too many pixels"):
+    with pytest.raises(BadInput, match="images with too many pixels"):
         pack(FILE, pictures, np.zeros((3, 2)), np.zeros(3, np.int64), np.array([[0, 1, 2]]))

@@ -98,5 +98,5 @@ def test_a_cut_picture_is_told(tmp_path, kind):
 @pytest.mark.parametrize("data", [b"no picture", b"GIF89a" + b"\0" * 50])
 def test_damage_is_named(tmp_path, data):
     (tmp_path / "a.png").write_bytes(data)
-    with pytest.raises(BadInput, match=r"a\.png is no readable picture"):
+    with pytest.raises(BadInput, match=r"a\.png is not a readable image"):
         read_image(tmp_path / "a.png")

@@ -75,7 +75,7 @@ def test_a_face_without_texture_coordinates_leaves_the_picture_to_the_others(tmp
     if picture:
         assert mesh.vertices[mesh.faces[0]].tolist() == [[0, 0, -700], [9, 9, -700], [0, 9, -700]]
         np.testing.assert_allclose(mesh.texcoords[mesh.faces[0]], [[9.5, 4.5], [19.5, -0.5], [-0.5, -0.5]])
-        assert mesh.findings[0].text.startswith("1 of 2 faces have no texture coordinates and are left out")
+        assert mesh.findings[0].text.startswith("1 of 2 faces have no texture coordinates and are skipped")
     else:
         assert len(mesh.faces) == 2 and mesh.texcoords is None
 
@@ -120,7 +120,7 @@ def test_one_colour_of_all_vertices_is_no_picture(mesh, tmp_path):
         (text(*SQUARE, *TRIANGLES, head=HEAD + POINTS.replace("float z", "float w") + FACES), "no vertices with x, y"),
         (text(*SQUARE, "257" + " 1" * 257, "3 0 2 3"), "has 257 corners, more than 256"),
         (text(*SQUARE, "3 0 1 1.5", "2.5 0 2 3"), "seems cut short"),
-        (text(*SQUARE, *TRIANGLES).replace("uchar int", "float int"), "the length of a list is no whole number"),
+        (text(*SQUARE, *TRIANGLES).replace("uchar int", "float int"), "the length of a list is not a whole number"),
         (text(*SQUARE, *TRIANGLES).replace("float y", "quad y"), "a property b'quad y', which cannot be"),
         (text(*SQUARE, *TRIANGLES).replace("float y", "float x"), "a property of vertex is there twice"),
         (text(*SQUARE, *TRIANGLES).replace("element face", "element vertex"), "an element twice"),
@@ -128,7 +128,7 @@ def test_one_colour_of_all_vertices_is_no_picture(mesh, tmp_path):
         (text(*SQUARE, "3 0 1 9", "3 0 2 3"), "uses vertex 9 of 4"),
         (text(*SQUARE, "3 0 1 -1", "3 0 2 3"), "a face uses vertex"),
         (text("nan 0 0", *SQUARE[1:], *TRIANGLES), "vertex 0 lies at"),
-        (text("zero 0 0", *SQUARE[1:], *TRIANGLES), "the body holds b'zero', which is no number"),
+        (text("zero 0 0", *SQUARE[1:], *TRIANGLES), "the body holds b'zero', which is not a number"),
         (text(*SQUARE, head=HEAD + POINTS), "no triangle"),
         (text(*SQUARE, *TRIANGLES).replace("vertex 4", "vertex 4000000000"), "promises 4000000002"),
     ],
@@ -140,7 +140,7 @@ def test_damage_is_named(tmp_path, content, fault):
 
 
 @pytest.mark.parametrize(
-    ("name", "fault"), [("gone.png", "its picture 'gone.png' is missing"), ("../gone/b.png", "outside")]
+    ("name", "fault"), [("gone.png", "its image 'gone.png' is missing"), ("../gone/b.png", "outside")]
 )
 def test_a_picture_that_cannot_be_had_is_named(mesh, tmp_path, name, fault):
     write_ply(mesh(), tmp_path / "a.ply")

@@ -60,9 +60,9 @@ def test_places_may_be_unknown_where_nothing_was_measured(shot, tmp_path):
         (lambda scan: {"texture_xy": scan.texture_xy * np.nan}, "positions that cannot be"),
         (lambda scan: {"points": np.where(np.isnan(scan.points), np.inf, scan.points)}, "positions that cannot be"),
         (lambda scan: {"points": 1e6 * scan.points}, "positions that cannot be"),
-        (lambda scan: {"texture_xy": None}, "no arrays"),
+        (lambda scan: {"texture_xy": None}, "not arrays"),
         (lambda scan: {"texture_xy": scan.texture_xy[1:]}, "different grids"),
-        (lambda scan: {"texture_xy": scan.texture_xy[..., :1]}, "no range grid"),
+        (lambda scan: {"texture_xy": scan.texture_xy[..., :1]}, "not a range grid"),
         (lambda scan: {"points": scan.points.astype(complex)}, "not of floats"),
         (lambda scan: {"points": scan.points[:0], "texture_xy": scan.texture_xy[:0]}, "0 rows"),
         (lambda scan: {"points": np.zeros((1, 2**21 + 1, 3)), "texture_xy": np.zeros((1, 2**21 + 1, 2))}, "1 rows"),
@@ -191,7 +191,7 @@ def test_a_damaged_index_is_named(shot, tmp_path, text, fault):
 
 
 def test_a_folder_without_an_index_is_no_scan(tmp_path):
-    with pytest.raises(BadInput, match=r"is no scan folder: it has no scan\.json"):
+    with pytest.raises(BadInput, match=r"is not a scan folder: it has no scan\.json"):
         load_scan(tmp_path)
 
 

@@ -100,11 +100,11 @@ def binary(data, *, head=b"", count=None, behind=b""):
     [
         ({"head": b"solid exported by a program"}, None),
         ({"head": b"solid a\nsolid b"}, None),
-        ({"head": b"solid", "behind": b"\0\0"}, "2 bytes behind the 260 triangles"),
-        ({"behind": b" " * 80}, "80 bytes behind"),
-        ({"count": 0}, "counts 0 triangles, it holds 260"),
-        ({"count": 2**32 - 1}, "counts 4294967295 triangles, it holds 260"),
-        ({"count": 200}, "counts 200 triangles, it holds 260"),
+        ({"head": b"solid", "behind": b"\0\0"}, "2 bytes after the 260 triangles"),
+        ({"behind": b" " * 80}, "80 bytes after"),
+        ({"count": 0}, "counts 0 triangles, the file holds 260"),
+        ({"count": 2**32 - 1}, "counts 4294967295 triangles, the file holds 260"),
+        ({"count": 200}, "counts 200 triangles, the file holds 260"),
     ],
 )
 def test_headers_of_other_programs_lose_no_triangle(exported, mesh, options, words):

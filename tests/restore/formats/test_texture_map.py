@@ -66,6 +66,36 @@ def test_an_atlas_whose_charts_meet_only_turned_over_is_turned_over(rng, axis):
     assert "mirrored" not in found.provenance
 
 
+def test_an_atlas_of_letters_on_white_paper_is_turned_over(rng):
+    """Most of a seam is bare paper: the strokes that cross it tell."""
+    whole = chart(rng, 1.0)
+    page = np.full_like(whole.texture, 244)
+    for _ in range(120):
+        row, col = rng.integers(0, page.shape[0] - 3), rng.integers(0, page.shape[1] - 30)
+        page[row : row + 3, col : col + rng.integers(4, 30)] = 30
+    right = atlas(SurfaceMesh(whole.vertices, whole.faces, whole.texcoords, page))
+    assert with_oriented_map(right) is right
+    np.testing.assert_allclose(with_oriented_map(turned(right, 1)).texcoords, right.texcoords)
+
+
+def test_seams_on_bare_paper_that_meet_are_left_alone(rng):
+    """Turned over, half of their pairs would be of print, and meet as well."""
+    whole = chart(rng, 1.0)
+    page = np.full_like(whole.texture, 244)
+    page[: page.shape[0] // 2, :] = 60
+    right = atlas(SurfaceMesh(whole.vertices, whole.faces, whole.texcoords, page))
+    assert with_oriented_map(right) is right
+    blank = right.texture.copy()
+    blank[(blank == 60).all(axis=2)] = 244
+    assert with_oriented_map(SurfaceMesh(right.vertices, right.faces, right.texcoords, blank)).findings == ()
+
+
+def test_a_picture_of_one_colour_is_not_turned_over(rng):
+    right = atlas(chart(rng, 1.0))
+    blank = SurfaceMesh(right.vertices, right.faces, right.texcoords, np.full_like(right.texture, 90))
+    assert with_oriented_map(blank) is blank
+
+
 @pytest.mark.parametrize("bow", [-1.0, -0.3, 0.3, 1.0])
 def test_one_chart_is_said_to_be_mirrored_by_its_map_and_not_by_its_bow(rng, bow):
     right = chart(rng, bow)

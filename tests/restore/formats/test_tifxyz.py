@@ -83,6 +83,16 @@ def test_without_areas_a_size_is_assumed_with_a_warning(tmp_path, areas):
     assert "size of a voxel" in load_scan(written(tmp_path / "a", **areas)).findings[0].text
 
 
+def test_the_coordinates_decide_and_not_the_scale_that_is_written(tmp_path):
+    """Converters write it too small by the size of a voxel or more."""
+    scale = 0.05
+    plain, wrong = (
+        load_scan(written(tmp_path / name, scale=[value] * 2), unit="10um")
+        for name, value in (("plain", scale), ("wrong", scale / 173))
+    )
+    np.testing.assert_array_equal(wrong.vertices, plain.vertices)
+
+
 def test_a_picture_lies_over_the_whole_grid(folder, tmp_path):
     Image.fromarray(np.zeros((10 * ROWS, 10 * COLS, 3), np.uint8)).save(tmp_path / "ink.png")
     mesh = load_scan(folder, tmp_path / "ink.png")

@@ -70,7 +70,7 @@ def test_a_piece_on_which_the_picture_repeats_is_refused(mesh, tmp_path, stretch
     sheet = mesh(whole=True)
     uv = texture_uv(sheet.texcoords, sheet.texture) * [stretch, 1.0] + [shift, 0.0]
     write_obj(replace(sheet, texcoords=texture_pixels(uv, sheet.texture)), tmp_path / "a.obj")
-    with pytest.raises(BadInput, match=r"a\.obj: texture coordinates .* repeat its picture"):
+    with pytest.raises(BadInput, match=r"a\.obj: texture coordinates .* repeat its image"):
         load_scan(tmp_path / "a.obj")
 
 

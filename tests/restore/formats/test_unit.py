@@ -109,5 +109,5 @@ def test_a_range_image_has_its_unit(shot, tmp_path):
 
 
 def test_an_unknown_unit_is_refused(obj):
-    with pytest.raises(BadInput, match="'ft' is no unit"):
+    with pytest.raises(BadInput, match="'ft' is not a unit"):
         load_scan(obj(PAGE_MM), unit="ft")

@@ -153,4 +153,4 @@ def test_colours_of_a_surface_that_cannot_be_laid_out_are_told_to_be_left_out(tm
     vertices = np.concatenate([ring, ring + [0, 0, 20]])
     mesh = load_scan(write(tmp_path / "band.ply", vertices, band, np.arange(3 * 48).reshape(-1, 3)))
     assert mesh.texture is None and len(mesh.vertices) == 48
-    assert mesh.findings[0].text.startswith("the colours of its vertices are left out, as its surface cannot")
+    assert mesh.findings[0].text.startswith("the vertex colours are not used, because the surface cannot")

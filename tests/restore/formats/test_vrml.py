@@ -80,7 +80,7 @@ def test_pieces_are_put_together(tmp_path):
         ("IndexedFaceSet { }", "the list coordIndex is missing"),
         ("IndexedFaceSet { coordIndex [ 0, 1, 4, -1 ] }", "uses number 4 of 4"),
         ("IndexedFaceSet { coordIndex [ 0, 1, 2.5, -1 ] }", "cannot be an index"),
-        ("IndexedFaceSet { coordIndex [ 0, 1, two, -1 ] }", "holds b'two', which is no number"),
+        ("IndexedFaceSet { coordIndex [ 0, 1, two, -1 ] }", "holds b'two', which is not a number"),
         ("IndexedFaceSet { coordIndex [ 0, 1, -1 ] }", "has no triangle"),
         ("Coordinate3 { point [ 1 2 ] } IndexedFaceSet { coordIndex [ 0 ] }", "not a multiple of 3"),
         ("Coordinate3 { point [ nan 2 3 ] } IndexedFaceSet { coordIndex [ 0 0 0 ] }", "lies at .nan"),

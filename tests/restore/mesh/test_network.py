@@ -69,3 +69,12 @@ def test_a_mesh_in_one_piece_is_its_own_piece(warped):
     network = make_network(page.mesh.vertices, Topology(page.mesh.faces))
     (piece,) = pieces(network)
     assert piece.network is network
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.longdouble, np.int32])
+def test_lengths_may_have_any_precision(warped, kind):
+    mesh = warped("curl").mesh
+    topology = Topology(mesh.faces)
+    network = make_network(mesh.vertices, topology, np.full(len(topology.edges), 3, kind))
+    assert network.lengths.dtype == np.float64
+    np.testing.assert_array_equal(network.lengths, 3.0)

@@ -36,7 +36,7 @@ def test_a_fin_is_cut_off_and_said():
     assert len(mesh.faces) == len(grid(number))
     assert len(mesh.vertices) == len(vertices)
     (said,) = (one.text for one in findings)
-    assert "cut away" in said
+    assert "are removed" in said
 
 
 def test_the_largest_of_the_leaves_at_a_spine_is_the_page():

@@ -137,8 +137,8 @@ def test_other_types_of_numbers_become_the_declared_ones(kind):
         (QUAD, TWO - 1, None, BadInput, "vertices it does not have"),
         (QUAD, TWO, np.zeros((3, 2)), BadInput, "no texture coordinate"),
         (QUAD * [1, 0, 0], TWO, None, NotEnoughSurface, "have no area"),
-        (QUAD[:, :2], TWO, None, BadInput, "no triangles in space"),
-        (QUAD, np.array([[0, 1, 2, 3]]), None, BadInput, "no triangles in space"),
+        (QUAD[:, :2], TWO, None, BadInput, "not triangles in space"),
+        (QUAD, np.array([[0, 1, 2, 3]]), None, BadInput, "not triangles in space"),
         (QUAD, TWO.astype(float), None, BadInput, "whole numbers of vertices"),
     ],
 )

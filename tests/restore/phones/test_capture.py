@@ -113,7 +113,7 @@ def test_a_pose_that_is_no_motion_is_refused(folder):
     else:
         fields["cameraPoseARFrame"][0] += 0.5
     path.write_text(json.dumps(fields))
-    with pytest.raises(BadInput, match="no rotation"):
+    with pytest.raises(BadInput, match="not a rotation"):
         load_capture(folder)
 
 

@@ -130,9 +130,9 @@ def test_a_file_that_was_cut_short(picture, tmp_path, kind, rng):
     "name, content, told",
     [
         ("empty.jpg", b"", "is empty"),
-        ("text.jpg", b"no picture", "no picture of a known kind"),
+        ("text.jpg", b"no picture", "not an image of a known kind"),
         ("phone.heic", b"\0\0\0\x18ftypheic" + bytes(400), "cannot be read"),
-        ("film.mp4", b"\0\0\0\x18ftypisom" + bytes(400), "AVIF picture or a video"),
+        ("film.mp4", b"\0\0\0\x18ftypisom" + bytes(400), "AVIF image or a video"),
         ("none.jpg", None, "not there"),
         (".", None, "is a folder"),
     ],

@@ -152,7 +152,7 @@ def test_a_card_that_lies_still_gives_no_doubt():
 def test_photographs_after_the_card_was_moved_are_named():
     photographs = placed(5)
     (found,) = card_findings(photographs, seen_by(photographs, (1, 4)), SCALE)
-    assert "in 1.jpg, 4.jpg the card lies elsewhere" in found.text
+    assert "in 1.jpg, 4.jpg the card has another position" in found.text
 
 
 def test_a_card_that_never_lies_where_it_lay_is_refused():

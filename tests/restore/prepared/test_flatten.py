@@ -147,7 +147,7 @@ def test_what_is_wrong_is_told(curl):
     broken[7] = np.nan
     with pytest.raises(BadInput, match="finite"):
         flatten(replace(curl.mesh, vertices=broken))
-    with pytest.raises(BadInput, match="no flattening method"):
+    with pytest.raises(BadInput, match="the flattening method 'magic' does not exist"):
         flatten(curl.mesh, "magic")
     with pytest.raises(NotEnoughSurface):
         flatten(replace(curl.mesh, faces=curl.mesh.faces[:0]))

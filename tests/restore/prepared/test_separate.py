@@ -126,7 +126,7 @@ def test_what_a_table_warns_of_is_told_with_its_sheet(camera):
     white = np.full((*camera.shape, 3), 230, np.uint8)
     (one,) = separate_sheets(camera.shot(1.0 / (1.0 / camera.plane() - height) + noise, white))
     (found,) = one.segmented.scan.findings
-    assert "outline touches it" in found.text
+    assert "outline touches the table" in found.text
     assert one.scan is one.segmented.scan
     assert not (one.segmented.table & one.segmented.samples).any()
 

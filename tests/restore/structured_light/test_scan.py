@@ -86,7 +86,7 @@ def scanned(pictures, rig):
 
 
 def test_another_number_of_pictures_is_refused(simulated, pictures):
-    with pytest.raises(BadInput, match="37 pictures: the patterns of a projector of 512 × 320 pixels are 38") as fault:
+    with pytest.raises(BadInput, match="37 images: the patterns of a projector of 512 × 320 pixels are 38") as fault:
         scanned(pictures[1:], rig_of(simulated))
     assert fault.value.exit_code == 3
 

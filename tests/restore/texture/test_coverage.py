@@ -77,7 +77,7 @@ def test_surfaces_under_a_pleat_are_hidden_as_by_ray_casting():
     found, _ = covered(page)
     rays = seen_by_rays(page)
     assert 0.25 < 1 - rays.mean() < 0.35
-    assert "hidden from the camera" in found.findings()[0].text
+    assert "hidden from the camera" in found.findings(DPI)[0].text
     sure = binary_erosion(rays, iterations=EDGE_PX), binary_erosion(~rays, iterations=EDGE_PX)
     assert found.mask[sure[0]].all()
     assert (found.seen[sure[1]] == CoverageClass.OCCLUDED).all()
@@ -89,13 +89,15 @@ def test_a_curved_page_without_occlusion_is_wholly_visible():
     steps = np.interp(page.flat[:, 0], [0, 60, 120], [0, 30.0, 0])
     vertices = np.column_stack([page.flat[:, 0] * 0.87, page.flat[:, 1], steps])
     found, _ = covered(replace(page, vertices=vertices, texcoords=pinhole(vertices)))
-    assert found.findings() == []
+    assert found.findings(DPI) == []
     assert found.fractions() == {
         "measured": 1.0,
         "interpolated": 0.0,
         "occluded": 0.0,
         "inpainted": 0.0,
         "obstructed": 0.0,
+        "facing": 0.0,
+        "erased": 0.0,
     }
 
 
@@ -137,6 +139,26 @@ def test_hidden_pixels_are_white_and_a_hole_in_the_surface_is_hidden():
     np.testing.assert_array_equal(image[found.mask], painting.image[found.mask])
 
 
+@pytest.mark.parametrize(("radius", "codes"), [(6.0, []), (30.0, ["gap"])])
+def test_a_broad_hole_in_the_surface_is_reported_and_hidden_by_nothing(radius, codes):
+    page = replace(folded(), texcoords=folded().flat)  # no camera
+    middle = page.flat[page.faces].mean(axis=1)
+    found, _ = covered(replace(page, faces=page.faces[np.linalg.norm(middle - [60.0, 40.0], axis=1) > radius]))
+    assert [one.code for one in found.findings(DPI)] == codes
+    if codes:
+        across = float(found.findings(DPI)[0].text.split(" mm across")[0].split()[-1])
+        assert across == pytest.approx(2 * radius, abs=4.0)  # a face of 2 mm on either side
+
+
+def test_a_chart_may_fill_its_picture():
+    page = folded()
+    filled = replace(page, texcoords=page.flat / page.flat.max(axis=0) * [639.0, 479.0])
+    painting = paint_page(filled, DPI)
+    kinds = kinds_of(painting.mask)
+    assert cover(filled, painting, kinds, None, DPI).cut > 0.9
+    assert cover(filled, painting, kinds, None, DPI, may_be_cut=False).cut is None
+
+
 def test_the_share_of_the_outline_at_the_edge_of_the_picture():
     rows, cols = np.indices((20, 40)).astype(np.float32)
     inside = np.dstack([cols + 100, rows + 100]).astype(np.float32)
@@ -146,7 +168,7 @@ def test_the_share_of_the_outline_at_the_edge_of_the_picture():
     assert cropped_fraction(page, cut, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
     assert cut_findings(0.0) == []
     (found,) = cut_findings(cropped_fraction(page, cut, (480, 640)))
-    assert found.text.startswith("22% of the page's outline is at the edge of the picture")
+    assert found.text.startswith("22% of the page's outline is at the edge of the image")
 
 
 def test_a_picture_that_mirrors_its_surface_is_told_and_hides_as_much():

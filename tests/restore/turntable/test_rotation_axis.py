@@ -72,7 +72,7 @@ def test_noise_of_the_corners_is_averaged_and_reported() -> None:
 
 def test_wrong_angles_of_the_stage_are_reported() -> None:
     axis = RotationAxis(np.array([0.0, 0.0, -900.0]), unit(0, 0.1, 1))
-    with pytest.raises(BadInput, match=r"turned the board by 99\.00° when it was told 90\.00°"):
+    with pytest.raises(BadInput, match=r"turned the board by 99\.00° when it was set to 90\.00°"):
         axis_of_corners(views(axis, [0.0, 90.0], slip=0.1), [0.0, 90.0])
 
 

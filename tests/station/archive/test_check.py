@@ -89,7 +89,7 @@ def test_a_renamed_file_is_told_from_a_lost_one(copy) -> None:
 
 
 def test_what_is_no_export_is_refused(tmp_path) -> None:
-    with pytest.raises(BadInput, match="no export"):
+    with pytest.raises(BadInput, match="not an export"):
         check_export(tmp_path)
 
 

@@ -35,7 +35,7 @@ def folder(tmp_path: Path) -> Path:
         (run / "page.png").write_bytes(encode_png(picture(1), 150.0))
         parameters, result = {"settings": {"dpi": 150}}, {"strain": {"rms": 0.001}}
         made = record_run(writer, "restore", capture, parameters=parameters, result=result, files=run)
-        record_run(writer, "verdict", made, parameters={}, result={"level": "green"})
+        record_run(writer, "verdict", made, parameters={}, result={"level": "green", "checks": []})
         decide(writer, "label", "12r", page=1)
         decide(writer, "side", "right", page=1)
         add_scan(writer, curl_scan(), facts={})
@@ -64,7 +64,7 @@ def test_events_name_what_they_read_and_made(folder) -> None:
     assert restore.results == ("pages/0001/restore/page.png",)
     assert restore.parameters == {"settings": {"dpi": 150}}
     assert verdict.sources == restore.results
-    assert verdict.facts["result"] == {"level": "green"}
+    assert verdict.facts["result"] == {"level": "green", "checks": []}
 
 
 def test_what_was_undone_is_not_delivered(folder) -> None:

@@ -147,7 +147,7 @@ def test_parts_stand_alone(volume) -> None:
 
 def test_an_image_that_the_disk_does_not_give_back_is_the_disks_fault(tmp_path, monkeypatch) -> None:
     (tmp_path / "no.png").write_bytes(b"no image")
-    with pytest.raises(BadInput, match="is no image"):
+    with pytest.raises(BadInput, match="is not an image"):
         read_image_facts(tmp_path / "no.png")
 
     def refuse(_file: object) -> None:

@@ -30,7 +30,7 @@ def pages(out: Path) -> list[str]:
 
 
 def folders(scans: Path, out: Path, events: list, workers: int = 2) -> Path:
-    return run_batch([scans], out, QUICK, local_workers(workers, Limits()), events.append)
+    return run_batch([scans], out, QUICK, local_workers(workers, Limits()), events.append).report
 
 
 @pytest.mark.usefixtures("in_process")
@@ -51,7 +51,7 @@ def test_every_scan_is_restored_or_set_aside_once(scans, tmp_path) -> None:
     html = report.read_text()
     assert html.index("broken.ply") < html.index("sub/c.ply")
     assert html.count("<img") == 4
-    assert [path.name for path in out.iterdir() if path.name.startswith(".")] == []
+    assert [path.name for path in out.iterdir() if path.name.startswith(".")] == [".planish-plan"]
     again: list = []
     folders(scans, out, again)
     assert again == []
@@ -59,10 +59,34 @@ def test_every_scan_is_restored_or_set_aside_once(scans, tmp_path) -> None:
 
 def test_the_command_prints_what_became_of_each_page(scans, tmp_path, capsys) -> None:
     out = tmp_path / "out"
-    assert main(["batch", str(scans), "-o", str(out), "-w", "1", *OPTIONS]) == 0
+    assert main(["batch", str(scans), "-o", str(out), "-j", "1", *OPTIONS]) == 7
     lines = capsys.readouterr().out.splitlines()
     assert lines[-2:] == ["4 restored, 1 set aside", f"report     {out / REPORT}"]
     assert f"restored   a.ply: {out / 'a'}" in "\n".join(lines)
+
+
+@pytest.mark.usefixtures("in_process")
+def test_a_batch_with_pages_set_aside_ends_with_a_code_of_its_own(scans, tmp_path, capsys) -> None:
+    words = ["batch", str(scans), "-o", str(tmp_path / "out"), "-j", "1", "--json", *OPTIONS]
+    for restored in (4, 0):  # and again when nothing was left to do
+        assert main(words) == 7
+        told = json.loads(capsys.readouterr().out.splitlines()[-1])
+        assert (told["counts"].get("restored", 0), told["pages"]) == (restored, 5)
+        assert [page["name"] for page in told["set_aside"]] == ["broken.ply"]
+        assert told["set_aside"][0]["reasons"]
+    (scans / "broken.ply").unlink()
+    assert main(words) == 0
+    assert json.loads(capsys.readouterr().out)["set_aside"] == []
+
+
+@pytest.mark.usefixtures("in_process")
+def test_a_source_that_is_called_like_the_report_loses_neither(scans, tmp_path) -> None:
+    small_scan(tmp_path / "report.html/a.ply", 9)
+    sources = [scans, tmp_path / "report.html"]
+    finished = run_batch(sources, tmp_path / "out", QUICK, local_workers(1, Limits()), lambda _: None)
+    assert finished.report.name == "report-2.html"
+    assert finished.report.is_file()
+    assert (tmp_path / "out/report.html/a/a.png").is_file()
 
 
 def test_options_are_checked_before_anything_else(scans, tmp_path, capsys) -> None:
@@ -82,8 +106,8 @@ def test_options_are_checked_before_anything_else(scans, tmp_path, capsys) -> No
 
 @pytest.mark.usefixtures("in_process")
 def test_a_source_that_is_named_twice_is_taken_once(scans, tmp_path, capsys) -> None:
-    words = ["batch", str(scans), f"{scans}/.", "-o", str(tmp_path / "out"), "-w", "1000000", *OPTIONS]
-    assert main(words) == 0
+    words = ["batch", str(scans), f"{scans}/.", "-o", str(tmp_path / "out"), "-j", "1000000", *OPTIONS]
+    assert main(words) == 7
     assert capsys.readouterr().out.splitlines()[-2] == "4 restored, 1 set aside"
 
 
@@ -106,7 +130,7 @@ def test_a_batch_that_is_stopped_goes_on_where_it_was(scans, tmp_path, number, r
     out = tmp_path / "out"
     for seed in range(6):
         small_scan(scans / f"more{seed}.ply", 10 + seed)
-    words = [sys.executable, "-m", "station", "batch", str(scans), "-o", str(out), "-w", "2", *OPTIONS]
+    words = [sys.executable, "-m", "station", "batch", str(scans), "-o", str(out), "-j", "2", *OPTIONS]
     batch = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     while len(reports(out)) < 3 and batch.poll() is None:
         time.sleep(0.02)
@@ -115,7 +139,7 @@ def test_a_batch_that_is_stopped_goes_on_where_it_was(scans, tmp_path, number, r
     first = reports(out)
     assert 3 <= len(first) < 10
     request.getfixturevalue("in_process")
-    assert main(["batch", str(scans), "-o", str(out), "-w", "2", *OPTIONS]) == 0
+    assert main(["batch", str(scans), "-o", str(out), "-j", "2", *OPTIONS]) == 7  # broken.ply
     second = reports(out)
     assert len(second) == 10
     assert {path: second[path] for path in first} == first  # none of them was restored again

@@ -54,7 +54,7 @@ def test_a_page_whose_processes_ended_twice_is_set_aside_with_how_they_ended(tas
 def test_a_page_that_another_process_has_is_waited_for(task) -> None:
     waited = []
 
-    def restore(source, destination, _options, *, facts):
+    def restore(source, destination, _options, *, facts, stem=None):
         raise FolderInUse(destination.folder, "7")
 
     def sleep(seconds: float) -> None:

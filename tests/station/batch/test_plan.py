@@ -11,12 +11,13 @@ from restore import Settings, save_scan
 from station.batch.page import restore_task
 from station.batch.plan import check_names, plan_folder
 from station.errors import UsageError
+from station.intake import companions, kept, records
 from station.run.one_page import Outcome
 from station.run.options import RunOptions
 from tests.station.conftest import curl_scan
 
 
-def restored(source, destination, _options, *, facts):
+def restored(source, destination, _options, *, facts, stem=None):
     """Stands in for `restore_file`: a report and nothing else. A file of one byte is refused."""
     if source.is_file() and source.stat().st_size == 1:
         raise ValueError("too short")
@@ -81,7 +82,7 @@ def test_a_scan_folder_is_one_scan(tmp_path) -> None:
 
 
 def test_results_of_several_sheets_are_found_again(folder, tmp_path) -> None:
-    def two_sheets(source, destination, _options, *, facts):
+    def two_sheets(source, destination, _options, *, facts, stem=None):
         destination.folder.mkdir(parents=True)
         for number in (1, 2):
             (destination.folder / f"{source.stem}-{number}.json").write_text(json.dumps(facts))
@@ -103,3 +104,58 @@ def test_a_sub_folder_has_its_own_options(folder, tmp_path) -> None:
 def test_folders_of_the_same_name_are_told_apart() -> None:
     assert check_names([Path("/a/x"), Path("/b/y")])
     assert not check_names([Path("/a/x"), Path("/b/x")])
+
+
+@pytest.fixture
+def meshes(tmp_path: Path) -> Path:
+    """Meshes with material files and results of their own, one of them set aside."""
+    for name in ("a", "b", "one"):
+        (tmp_path / f"in/{name}.obj").parent.mkdir(exist_ok=True)
+        (tmp_path / f"in/{name}.obj").write_bytes(f"mtllib {name}.mtl\nv 0 0 0\n".encode())
+        (tmp_path / f"in/{name}.mtl").write_bytes(b"map_Kd skin.png\n")
+    (tmp_path / "in/one.obj").write_bytes(b"#")
+    for task in plan_folder(tmp_path / "in", tmp_path / "out", RunOptions()).tasks:
+        restore_task(task, restore=restored)
+    assert plan_folder(tmp_path / "in", tmp_path / "out", RunOptions()).tasks == ()
+    return tmp_path
+
+
+def test_what_has_not_changed_is_not_looked_at_again(meshes, monkeypatch) -> None:
+    def refuse(*_arguments):
+        pytest.fail("it was read again")
+
+    monkeypatch.setattr(companions, "_read", refuse)
+    monkeypatch.setattr(records, "find_result", refuse)
+    plan = plan_folder(meshes / "in", meshes / "out", RunOptions())
+    assert plan.tasks == ()
+    assert sorted(plan.scans[0].files) == ["a.mtl", "a.obj"]
+
+
+@pytest.mark.parametrize("damage", [b"", b"{", b'{"contents": 1}', b'{"settled": {"a.obj": [[], "x", [0, 0]]}}'])
+def test_what_was_kept_may_be_lost_or_damaged(meshes, damage) -> None:
+    (meshes / "out" / kept.NAME).write_bytes(damage)
+    assert plan_folder(meshes / "in", meshes / "out", RunOptions()).tasks == ()
+
+
+def test_a_change_of_a_scan_its_companion_or_its_result_is_seen(meshes) -> None:
+    (meshes / "in/skin.png").write_bytes(b"x")  # which the material files of all three name
+    assert names(plan_folder(meshes / "in", meshes / "out", RunOptions())) == ["a.obj", "b.obj"]
+    (meshes / "in/skin.png").unlink()
+    (meshes / "out/a/a.json").unlink()
+    (meshes / "in/b.obj").write_bytes(b"mtllib other.mtl\n")
+    assert sorted(names(plan_folder(meshes / "in", meshes / "out", RunOptions()))) == ["a.obj", "b.obj"]
+
+
+def test_the_size_of_a_file_is_looked_at_before_the_file(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(companions, "_read", lambda *_: pytest.fail("2.5 GB were read"))
+    (tmp_path / "in").mkdir()
+    with (tmp_path / "in/large.obj").open("wb") as file:
+        file.truncate(2_500_000_000)
+    assert len(plan_folder(tmp_path / "in", tmp_path / "out", RunOptions()).tasks) == 1
+
+
+@pytest.mark.parametrize("before", [0, 10_000, 2_000_000])
+def test_the_names_in_a_file_are_found_wherever_they_are(tmp_path, before) -> None:
+    lines = b"v 1.25 2.5 3.75\n" * before
+    (tmp_path / "page.obj").write_bytes(lines + b"mtllib page.mtl\nf 1 2 3\n" + b"# end\n" * 100)
+    assert companions._read(tmp_path / "page.obj", ".obj").names == ("page.mtl",)

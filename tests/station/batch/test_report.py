@@ -54,10 +54,10 @@ def test_the_worst_by_any_figure_come_first() -> None:
     pages = [
         outcome("good"),
         outcome("also good"),
-        outcome("strained", smooth_strain_rms=0.02),
+        outcome("strained", strain_rms=0.02),
         outcome("coarse", source_ppi=20.0),
         PageOutcome("lost", "set aside", notes=("damaged",)),
-        outcome("fair", smooth_strain_rms=0.002),
+        outcome("fair", strain_rms=0.002),
     ]
     assert order(pages) == [
         ("lost", ""),
@@ -71,7 +71,7 @@ def test_the_worst_by_any_figure_come_first() -> None:
 
 def test_the_verdict_comes_before_the_figures() -> None:
     pages = [
-        outcome("strained", smooth_strain_rms=0.02),
+        outcome("strained", strain_rms=0.02),
         replace(outcome("amber"), level="amber"),
         replace(outcome("red"), level="red", notes=("red: strain 3 % rms",)),
         replace(outcome("green"), level="green"),
@@ -94,7 +94,7 @@ def test_a_page_of_a_folder_is_judged_by_the_measures_in_its_report(scans, tmp_p
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=30))
 def test_a_page_is_never_behind_one_that_is_better_in_everything(values) -> None:
-    pages = [outcome(f"{index:03}", smooth_strain_rms=value) for index, value in enumerate(values)]
+    pages = [outcome(f"{index:03}", strain_rms=value) for index, value in enumerate(values)]
     strains = [one.page.figures["strain rms"] for one in worst_first(pages)]
     assert strains == sorted(values, reverse=True)
 
@@ -127,7 +127,7 @@ def test_names_are_text_and_nothing_else(name) -> None:
 
 def test_of_very_many_pages_the_best_are_left_out(monkeypatch) -> None:
     monkeypatch.setattr(report, "MAX_ROWS", 3)
-    parsed = Parsed(encode_report([outcome(str(n), smooth_strain_rms=n / 9) for n in range(9)], title="x", now=NOW))
+    parsed = Parsed(encode_report([outcome(str(n), strain_rms=n / 9) for n in range(9)], title="x", now=NOW))
     assert parsed.tags.count("tr") == 1 + 3
     assert "6 better pages are not listed." in parsed.text
 

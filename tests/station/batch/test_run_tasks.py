@@ -24,7 +24,7 @@ class Hands:
         self.faults, self.order, self.most = faults or {}, [], 0
         self.open: list[Future] = []
 
-    def submit(self, work, task) -> Future:
+    def submit(self, work, task, above_mib=0) -> Future:
         self.order.append(task)
         future: Future = Future()
         if self.faults.get(task):

@@ -42,7 +42,7 @@ def session(tmp_path):
 
 
 def batch(session, out, events, options=QUICK):
-    return run_batch([session], out, options, local_workers(2, Limits()), events.append)
+    return run_batch([session], out, options, local_workers(2, Limits()), events.append).report
 
 
 def restored(session) -> list[int]:
@@ -88,7 +88,7 @@ def judged(session) -> dict[int, bool]:
 def test_the_settings_of_the_preset_hold_where_none_is_given(session) -> None:
     tasks: list[SessionTask] = []
 
-    def keep(work, task):
+    def keep(work, task, above_mib=0):
         tasks.append(task)
         future: Future = Future()
         future.set_result(restore_session_page(task, ("a crash", "another")))
@@ -129,8 +129,8 @@ def test_the_unit_is_that_of_scans_that_have_none(session, tmp_path) -> None:
 @pytest.mark.usefixtures("in_process")
 def test_the_command_takes_sessions_and_folders(session, tmp_path, capsys) -> None:
     small_scan(tmp_path / "more/x.ply", 9)
-    words = ["batch", str(session), str(tmp_path / "more"), "-o", str(tmp_path / "out"), "-w", "1"]
-    assert main([*words, "--points", "100", "--dpi", "40"]) == 0
+    words = ["batch", str(session), str(tmp_path / "more"), "-o", str(tmp_path / "out"), "-j", "1"]
+    assert main([*words, "--points", "100", "--dpi", "40"]) == 7
     assert capsys.readouterr().out.splitlines()[-2] == "4 restored, 1 set aside"
     assert (tmp_path / "out/x/x.png").exists()
     assert np.array_equal(restored(session), [1, 2, 3])
@@ -140,7 +140,7 @@ def test_a_session_in_a_folder_of_scans_is_left_out_and_named(session, tmp_path,
     (tmp_path / "all").mkdir()
     session.rename(tmp_path / "all/a book")
     out = ["-o", str(tmp_path / "out")]
-    assert main(["batch", str(tmp_path / "all"), *out, "-w", "1"]) == 0
+    assert main(["batch", str(tmp_path / "all"), *out, "-j", "1"]) == 0
     told, summary, _ = capsys.readouterr().out.splitlines()
     assert told.startswith("left out ")
     assert told.endswith(f"planish batch '{tmp_path}/all/a book' -o OUT")
@@ -148,7 +148,7 @@ def test_a_session_in_a_folder_of_scans_is_left_out_and_named(session, tmp_path,
     assert restored(tmp_path / "all/a book") == []
     assert main(["batch", str(tmp_path / "all/a book/data"), *out]) == 2
     message, hint = fault(capsys.readouterr().err)
-    assert "is no folder of scans" in message
+    assert "is not a folder of scans" in message
     assert f"planish batch '{tmp_path}/all/a book' -o OUT" in hint
 
 

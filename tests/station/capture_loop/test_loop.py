@@ -224,6 +224,6 @@ def test_a_scanner_that_fails_ends_no_shift(book, tiny_scan):
         loop.press("accept")
     assert lines == [
         "not shot: the barrier is on (take it off)",
-        "there is no scanner: name its configuration with --config",
-        "there is no page yet: space shoots the first",
+        "no scanner is configured: name its configuration with --config",
+        "no page has been captured yet: space captures the first",
     ]

@@ -213,7 +213,7 @@ def test_the_command_writes_profile_and_figures(printed, tmp_path, capsys):
     assert "sampling" in out
     report = json.loads((tmp_path / "out" / "camera.json").read_text())
     assert report["mean_difference"]["by the profile"] < report["mean_difference"]["as sRGB"]
-    assert report["mean_difference"]["by the profile"] < report["mean_difference"]["on patches left out"]
+    assert report["mean_difference"]["by the profile"] < report["mean_difference"]["on held-out patches"]
     assert (report["light_fall_off"], report["findings"]) == (0.0, [])
     assert (tmp_path / "out" / "camera.icc").read_bytes()[36:40] == b"acsp"
     assert main(ask) == 2

@@ -49,15 +49,15 @@ def test_the_station_of_the_session_is_used(place, monkeypatch, capsys):
     assert main(["capture", "known"]) == 0
     assert opened == ["simulated"]
     assert main(["session", "new", str(place / "other"), "--config", "gone.toml"]) == 2
-    assert "there is no configuration 'gone.toml'" in capsys.readouterr().err
+    assert "the configuration 'gone.toml' does not exist" in capsys.readouterr().err
 
 
 def test_without_a_scanner_what_is_left_is_done(place, monkeypatch, capsys):
     typed(monkeypatch, " ")
     assert main(["capture", "Missale"]) == 0
-    assert "there is no scanner" in capsys.readouterr().out
+    assert "no scanner is configured" in capsys.readouterr().out
 
 
 def test_a_session_that_is_not_there(place, capsys):
     assert main(["capture", "gone", "--config", "simulated"]) == 3
-    assert "no session" in capsys.readouterr().err
+    assert "session 'gone' does not exist" in capsys.readouterr().err

@@ -189,7 +189,7 @@ def test_a_bridge_that_may_not_be_used_is_told_by_devices(bare, this_computer, c
     assert "you may not use it" in capsys.readouterr().out
     assert main(["devices", "--probe"]) == 0
     out, _ = capsys.readouterr()
-    assert "cannot be asked: cannot open the bridge: Permission denied" in out
+    assert "cannot be queried: cannot open the bridge: Permission denied" in out
     assert "udev rule" in out
     assert main(["devices", "--probe", "--json"]) == 0
     (told,) = json.loads(capsys.readouterr().out)["unusable_bridges"]

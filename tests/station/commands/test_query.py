@@ -74,7 +74,7 @@ def test_a_draft_asks_and_says_what_is_missing(station, draft, device, capsys):
     told = capsys.readouterr().out
     assert "not trusted" in told
     assert "has to be found out: commands.write_parameters, commands.read_pitch" in told
-    assert "TEST UNIT READY tells: ready" in told
+    assert "TEST UNIT READY reports: ready" in told
     assert "distance_mm = 1000" in told
     assert sent(device) <= {"read_parameters", "12 00 00 00 24 00", "00 00 00 00 00 00", "03 00 00 00 12 00"}
 

@@ -79,7 +79,7 @@ def test_the_index_is_rebuilt_from_the_folders_alone(place, capsys):
 def test_a_folder_that_is_not_there_empties_no_index(place, capsys):
     capsys.readouterr()
     assert main(["reindex", str(place / "share")]) == 3
-    assert f"there is no folder {place / 'share'}" in capsys.readouterr().err
+    assert f"the folder {place / 'share'} does not exist" in capsys.readouterr().err
     assert main(["session", "show", "Missale"]) == 0
 
 
@@ -136,28 +136,28 @@ def test_a_session_without_runs_replays(place, capsys):
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [
-        (["show", "nothing"], 3, "there is no session 'nothing'"),
-        (["add", "book", "book/bagit.txt"], 3, "no scan file"),
+        (["show", "nothing"], 3, "the session 'nothing' does not exist"),
+        (["add", "book", "book/bagit.txt"], 3, "not a scan file"),
         (["add", "book", "a.scan", "gone.obj"], 3, "gone.obj does not exist"),
-        (["add", "book", "a.scan", "book/bagit.txt"], 3, "no scan file"),
+        (["add", "book", "a.scan", "book/bagit.txt"], 3, "not a scan file"),
         (["add", "book", "gone.obj", "--photos"], 3, "gone.obj is not there"),
-        (["add", "book", "a.scan", "book", "--photos"], 3, "a.scan is no file"),
+        (["add", "book", "a.scan", "book", "--photos"], 3, "a.scan is not a file"),
         (["add", "book", "a.scan", "a.scan", "--page", "1"], 2, "cannot be one page"),
         (["set", "book", "9", "--label", "x"], 2, "has no page 9"),
         (["undo", "book", "--page", "9", "--stage", "verdict"], 2, "has no page 9"),
         (["undo", "book", "--page", "1", "--stage", "restored"], 2, "the stages are restore, verdict"),
-        (["redo", "book", "--page", "1", "--stage", "x"], 2, "there is no stage 'x'"),
+        (["redo", "book", "--page", "1", "--stage", "x"], 2, "the stage 'x' does not exist"),
         (["new", "book"], 2, "is there already"),
         (["set", "book", "1"], 2, "there is nothing to set"),
         (["set", "book", "0", "--accept"], 2, "the volume itself is not accepted"),
-        (["set", "book", "1", "--note", os.fsdecode(b"M\xfcller")], 3, "is no text in UTF-8"),
-        (["add", "book", "."], 3, ". is no scan folder"),
-        (["set", "book", "1", "--label", "x", "--position", "nan"], 2, "--position: nan is no place"),
-        (["set", "book", "1", "--position", "-inf"], 2, "--position: -inf is no place"),
+        (["set", "book", "1", "--note", os.fsdecode(b"M\xfcller")], 3, "is not text in UTF-8"),
+        (["add", "book", "."], 3, ". is not a scan folder"),
+        (["set", "book", "1", "--label", "x", "--position", "nan"], 2, "--position: nan is not a place"),
+        (["set", "book", "1", "--position", "-inf"], 2, "--position: -inf is not a place"),
         (["new", "other", "--title", "x" * 5000], 2, "--title: has 5000 characters, 500 are the most"),
         (["new", "other", "--project", "x" * 1001], 2, "--project: has 1001 characters, 500 are the most"),
         (["new", "other", "--title", " \t"], 2, "--title: the title is blank"),
-        (["new", "other", "--preset", "none"], 2, "there is no preset 'none'"),
+        (["new", "other", "--preset", "none"], 2, "the preset 'none' does not exist"),
     ],
 )
 def test_what_cannot_be_is_refused(place, capsys, words, code, text):
@@ -199,7 +199,7 @@ def test_a_path_that_is_not_utf8_hinders_no_step(place, capsys):
     assert (session.volume.title, session.history.page(1).decided("label")) == ("M\N{REPLACEMENT CHARACTER}ller", "x")
     assert main(["reindex", str(place)]) == 0
     out, err = capsys.readouterr()
-    assert "left out: the path" in err
+    assert "skipped: the path" in err
     assert out == "1 sessions\n"
 
 

@@ -113,4 +113,4 @@ def test_a_draft_of_several_captures_has_the_evidence_of_all(series, tmp_path, c
 def test_a_queue_is_refused(tmp_path, capsys):
     os.mkfifo(tmp_path / "queue")
     assert main(["trace", str(tmp_path / "queue")]) == 3
-    assert "no file" in capsys.readouterr().err
+    assert "not a file" in capsys.readouterr().err

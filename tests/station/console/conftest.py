@@ -146,22 +146,20 @@ class Served:
     app_state: AppState
     port: int
     token: str
-    cookie: str
     scanner: GatedScanner
     restorer: StandInRestorer
     root: Path
     guard: Any
+    address: Address
 
     @property
     def origin(self) -> str:
-        return f"http://127.0.0.1:{self.port}"
+        return f"{self.address.scheme}://{self.address.host}:{self.port}"
 
     def client(self, tab: str = TAB) -> httpx.Client:
         """A browser that has opened the link."""
-        headers = {"Origin": self.origin, "X-Planish-Tab": tab}
-        return httpx.Client(
-            base_url=self.origin, headers=headers, cookies={self.cookie: self.token}, timeout=WAIT_S, trust_env=False
-        )
+        headers = {"Origin": self.origin, "X-Planish-Tab": tab, "Authorization": f"Bearer {self.token}"}
+        return httpx.Client(base_url=self.origin, headers=headers, timeout=WAIT_S, trust_env=False)
 
     def say(self, data: bytes, *, timeout: float = WAIT_S) -> bytes:
         """What comes back for some bytes, until the server closes the connection."""
@@ -184,11 +182,11 @@ def serving(
     *,
     config: StationConfig | None = CONFIG,
     page: Path | None = None,
+    address: Address = Address(port=0),  # noqa: B008 — frozen
     **options: Any,
 ) -> Iterator[Served]:
     """A console for a folder of sessions, ended with the block. options: of its state."""
     app_state = AppState(root, config, open_scanner=lambda _config: scanner, restorations=restorer, **options)
-    address = Address(port=0)
     with bind(address) as listener:
         port = listener.getsockname()[1]
         door = door_of(address, port)
@@ -200,7 +198,7 @@ def serving(
         try:
             assert ready.wait(WAIT_S)
             wait_for(lambda: app_state.scanner.as_json()["busy"] is None, "the scanner")
-            yield Served(app_state, port, door.token, door.cookie, scanner, restorer, root, guard)
+            yield Served(app_state, port, door.token, scanner, restorer, root, guard, address)
         finally:
             server.should_exit = True
             thread.join()

@@ -34,7 +34,7 @@ def asked(root) -> Iterator[Served]:
 
 def described(tmp_path) -> dict:
     app_state = AppState(tmp_path, None)
-    guard = build_app(app_state, Door(frozenset(), "http", "t", "c"), {})
+    guard = build_app(app_state, Door(frozenset(), "http", "t"), {})
     app_state.end()
     return guard.inner.openapi()
 

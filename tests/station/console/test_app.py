@@ -30,5 +30,5 @@ def test_every_route_of_the_interface_is_described(client):
 
 def test_the_guard_stands_before_the_application(tmp_path):
     app_state = AppState(tmp_path, None)
-    assert isinstance(build_app(app_state, Door(frozenset(), "http", "t", "c"), {}), Guard)
+    assert isinstance(build_app(app_state, Door(frozenset(), "http", "t"), {}), Guard)
     app_state.end()

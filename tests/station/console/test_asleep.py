@@ -56,11 +56,10 @@ def station(root: Path, port: int, tmp_path: Path) -> Iterator[tuple[subprocess.
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
         assert process.stdout is not None
         link = process.stdout.readline().strip()
-        base = link.partition("/enter")[0]
-        headers = {"Origin": base, "X-Planish-Tab": TAB}
+        base, _, token = link.partition("/enter?token=")
+        headers = {"Authorization": f"Bearer {token}", "X-Planish-Tab": TAB}
         try:
             with httpx.Client(base_url=base, headers=headers, trust_env=False, timeout=WAIT_S) as browser:
-                browser.get(link)
                 wait_for(lambda: browser.get("/api/state").json()["scanner"]["connected"], "the scanner")
                 assert browser.post("/api/sessions/missale/open").status_code == 200
                 yield process, browser

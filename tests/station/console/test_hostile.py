@@ -8,12 +8,16 @@ import json
 import socket
 from collections import Counter
 from collections.abc import Callable
+from contextlib import ExitStack
+
+import httpx
 
 from station.console.http import guard
 from station.console.http.guard import MAX_BODY_BYTES, MAX_HEAD_BYTES, MAX_TARGET_BYTES, Door, Guard
 from station.console.http.protocol import ConsoleProtocol
 from station.console.state.event_stream import MAX_STREAMS
-from tests.station.console.conftest import WAIT_S, Served, wait_for
+from tests.station.conftest import curl_scan
+from tests.station.console.conftest import WAIT_S, GatedScanner, Served, StandInRestorer, serving, wait_for
 
 MANY_STREAMS = 5 * MAX_STREAMS  # `python -m bench.console` asks for 10,000
 HOSTILE_BYTES = 200 * 1024 * 1024
@@ -24,16 +28,16 @@ def request(
     line: str = "GET /api/state HTTP/1.1",
     *,
     host: str | None = "127.0.0.1:{port}",
-    cookie: str | None = "{cookie}={token}",
+    bearer: str | None = "Bearer {token}",
     further: tuple[str, ...] = (),
     body: bytes = b"",
 ) -> Head:
-    """A request with the right host and cookie, unless others are given, that closes its connection."""
+    """A request with the right host and token, unless others are given, that closes its connection."""
 
     def build(served: Served) -> bytes:
-        lines = [line, f"Host: {host}" if host is not None else None, f"Cookie: {cookie}" if cookie else None]
+        lines = [line, f"Host: {host}" if host is not None else None, f"Authorization: {bearer}" if bearer else None]
         lines += ["Connection: close", *further]
-        values = {"port": served.port, "cookie": served.cookie, "token": served.token}
+        values = {"port": served.port, "token": served.token, "key": served.guard._door.key}
         text = "".join(f"{one}\r\n" for one in lines if one is not None) + "\r\n"
         for name, value in values.items():
             text = text.replace("{" + name + "}", str(value))
@@ -49,7 +53,7 @@ def change(*further: str, body: bytes = b"", origin: str | None = "http://127.0.
         options.get("line", "POST /api/control HTTP/1.1"),
         further=(*lines, *further),
         body=body,
-        cookie=options.get("cookie", "{cookie}={token}"),
+        bearer=options.get("bearer", "Bearer {token}"),
     )
 
 
@@ -79,7 +83,6 @@ TABLE: dict[str, tuple[Head, int]] = {
     "the origin of a file": (sized(GOOD_BODY, origin="null"), 403),
     "our host with another scheme": (sized(GOOD_BODY, origin="https://127.0.0.1:{port}"), 403),
     "our host with another port": (sized(GOOD_BODY, origin="http://127.0.0.1:1"), 403),
-    "a change without an origin": (sized(GOOD_BODY, origin=None), 403),
     "two origins": (sized(GOOD_BODY, "Origin: http://evil.example"), 400),
     "a question with a foreign origin": (request(further=("Origin: http://evil.example",)), 403),
     "the events for a foreign page": (
@@ -90,19 +93,29 @@ TABLE: dict[str, tuple[Head, int]] = {
     "a foreign form": (sized(b"tab=x", origin="http://evil.example", kind="application/x-www-form-urlencoded"), 403),
     "a preflight": (request("OPTIONS /api/control HTTP/1.1", further=("Origin: http://evil.example",)), 403),
     # Token: none, old, cut short; as a password for programs.
-    "no token": (request(cookie=None), 401),
-    "an old token": (request(cookie="{cookie}=AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA"), 401),
-    "an empty token": (request(cookie="{cookie}="), 401),
-    "a token of other characters": (request(cookie="{cookie}=ÿÿ"), 401),
-    "the cookie of another port": (request(cookie="planish-1={token}"), 401),
-    "two cookies": (request(further=("Cookie: {cookie}={token}",)), 400),
-    "the page without a token": (request("GET / HTTP/1.1", cookie=None), 401),
-    "a wrong link": (request("GET /enter?token=wrong HTTP/1.1", cookie=None), 401),
-    "a link without a token": (request("GET /enter HTTP/1.1", cookie=None), 401),
-    "the right link": (request("GET /enter?token={token} HTTP/1.1", cookie=None), 303),
-    "a program with the token": (request(cookie=None, further=("Authorization: Bearer {token}",)), 200),
-    "a program with another token": (request(cookie=None, further=("Authorization: Bearer x",)), 401),
-    "a change by a program": (sized(GOOD_BODY, "Authorization: Bearer {token}", origin=None, cookie=""), 200),
+    "no token": (request(bearer=None), 401),
+    "an old token": (request(bearer="Bearer AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA"), 401),
+    "an empty token": (request(bearer="Bearer "), 401),
+    "a token of other characters": (request(bearer="Bearer ÿÿ"), 401),
+    "a token of another kind": (request(bearer="Basic {token}"), 401),
+    "two tokens": (request(further=("Authorization: Bearer {token}",)), 400),
+    "the token in a cookie": (request(bearer=None, further=("Cookie: planish-{port}={token}",)), 401),
+    "a change with an empty token": (sized(GOOD_BODY, bearer="Bearer ", origin=None), 401),
+    "a change with an empty token and the key": (
+        sized(GOOD_BODY, bearer="Bearer ", line="POST /api/control?key={key} HTTP/1.1"),
+        401,
+    ),
+    "an address with the key": (request("GET /api/state?key={key} HTTP/1.1", bearer=None), 200),
+    "an address with another key": (request("GET /api/state?key=AAAA HTTP/1.1", bearer=None), 401),
+    "an address with an empty key": (request("GET /api/state?key= HTTP/1.1", bearer=None), 401),
+    "an address with two keys": (request("GET /api/state?key={key}&key={key} HTTP/1.1", bearer=None), 401),
+    "an address with the token": (request("GET /api/state?key={token} HTTP/1.1", bearer=None), 401),
+    "a change with the key": (sized(GOOD_BODY, bearer="", line="POST /api/control?key={key} HTTP/1.1"), 401),
+    "the page, which is the program alone": (request("GET / HTTP/1.1", bearer=None), 404),
+    "a wrong link": (request("GET /enter?token=wrong HTTP/1.1", bearer=None), 401),
+    "a link without a token": (request("GET /enter HTTP/1.1", bearer=None), 401),
+    "the right link": (request("GET /enter?token={token} HTTP/1.1", bearer=None), 303),
+    "a change by a program": (sized(GOOD_BODY, origin=None), 200),
     # Paths.
     "two dots": (request("GET /page/../guard.py HTTP/1.1"), 404),
     "two dots, coded": (request("GET /page/%2e%2e/guard.py HTTP/1.1"), 404),
@@ -208,10 +221,18 @@ def test_refusals_name_themselves_and_let_no_other_page_read(served, client):
     assert client.get("/api/state").headers["cache-control"] == "no-store"
 
 
-def test_the_cookie_is_out_of_reach_of_scripts_and_of_other_sites(served, client):
-    cookie = client.get(f"/enter?token={served.token}").headers["set-cookie"]
-    assert "HttpOnly" in cookie
-    assert "SameSite=strict" in cookie
+def test_no_cookie_is_set_that_a_browser_would_send_to_other_ports(served, client):
+    """What the link gives stays behind the `#` of the page's own address, which is sent to no server."""
+    answer = client.get(f"/enter?token={served.token}")
+    assert "set-cookie" not in answer.headers
+    path, _, behind = answer.headers["location"].partition("#")
+    assert path == "/"
+    given = dict(part.split("=") for part in behind.split("&"))
+    assert given["token"] == served.token
+    assert served.token not in given["key"]
+    with httpx.Client(base_url=served.origin, trust_env=False, timeout=WAIT_S) as browser:
+        assert browser.get("/api/state", params={"key": given["key"]}).status_code == 200
+        assert browser.get("/api/state").status_code == 401
 
 
 def test_two_requests_in_one_are_two_answers_or_none(served):
@@ -240,6 +261,24 @@ def test_a_slow_body_is_given_up(served, monkeypatch):
     monkeypatch.setattr(served.guard, "_body_s", 0.2)
     head = change("Content-Type: application/json", "Content-Length: 30", body=b'{"tab":')
     assert status_of(served.say(head(served))) == 408
+
+
+def test_silent_connections_make_room_for_new_ones(root, monkeypatch):
+    """The one silent longest is closed; those that are being answered, and the open ones of a browser, stay."""
+    monkeypatch.setattr("station.console.serving.max_connections", lambda: 20)
+    monkeypatch.setattr(ConsoleProtocol, "head_s", WAIT_S)
+    with serving(root, GatedScanner(curl_scan()), StandInRestorer()) as served, ExitStack() as lines:
+        stream = lines.enter_context(socket.create_connection(("127.0.0.1", served.port), WAIT_S))
+        stream.sendall(request("GET /api/events HTTP/1.1")(served))
+        assert status_of(stream.recv(4096)) == 200
+        browser = lines.enter_context(served.client())
+        browser.get("/api/state")
+        silent = [lines.enter_context(socket.create_connection(("127.0.0.1", served.port))) for _ in range(100)]
+        assert silent[0].recv(1) == b""
+        assert browser.post("/api/sessions/missale/open").status_code == 200
+        with served.client() as newcomer:
+            assert newcomer.get("/api/state").status_code == 200
+        assert b"missale" in stream.recv(65536)
 
 
 def test_clients_that_do_not_read_are_let_go(served, monkeypatch):
@@ -280,9 +319,11 @@ def _is_closed(line: socket.socket) -> bool:
 
 
 def test_a_guard_compares_whole_tokens():
-    door = Door(frozenset({"a:1"}), "http", "secret", "c")
+    door = Door(frozenset({"a:1"}), "http", "secret")
     assert door.is_token("secret")
     assert not any(door.is_token(other) for other in ("", "secre", "secret ", "SECRET", "sécret", "\udcff"))
+    assert door.is_key(door.key)
+    assert not any(door.is_key(other) for other in ("", "secret", door.key[:-1], door.key.upper()))
 
 
 def test_other_kinds_of_connections_pass_the_guard():
@@ -291,5 +332,5 @@ def test_other_kinds_of_connections_pass_the_guard():
     async def app(scope, receive, send):
         seen.append(scope["type"])
 
-    asyncio.run(Guard(app, Door(frozenset(), "http", "t", "c"))({"type": "lifespan"}, None, None))
+    asyncio.run(Guard(app, Door(frozenset(), "http", "t"))({"type": "lifespan"}, None, None))
     assert seen == ["lifespan"]

@@ -30,7 +30,9 @@ def test_the_link_opens_the_console_and_a_signal_ends_it(root):
         with httpx.Client(trust_env=False, timeout=WAIT_S) as browser:
             entered = browser.get(link)
             assert entered.status_code == 303
-            base = link.partition("/enter")[0]
+            base, _, token = link.partition("/enter?token=")
+            assert browser.get(f"{base}/api/state").status_code == 401  # a cookie would be sent to other ports, too
+            browser.headers["Authorization"] = f"Bearer {token}"
             assert browser.get(f"{base}/api/state").json()["scanner"]["configured"] is False
         process.send_signal(signal.SIGTERM)
         _, errors = process.communicate(timeout=WAIT_S)
@@ -42,10 +44,9 @@ def test_the_link_opens_the_console_and_a_signal_ends_it(root):
     ("options", "text"),
     [
         (["--host", "192.0.2.1"], "others can read along"),
-        (["--host", "0.0.0.0", "--cert", "a", "--key", "b"], "every address"),
         (["--host", "192.0.2.1", "--cert", "a"], "--cert and --key go together"),
         (["--qr"], "--qr shows the link to other devices"),
-        (["--config", "gone.toml"], "there is no configuration 'gone.toml'"),
+        (["--config", "gone.toml"], "the configuration 'gone.toml' does not exist"),
     ],
 )
 def test_what_cannot_be_served_is_refused_before_any_work(root, capsys, options, text):
@@ -53,9 +54,17 @@ def test_what_cannot_be_served_is_refused_before_any_work(root, capsys, options,
     assert text in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("host", ["0.0.0.0", "0", "", "0x0", "0.0", "::", "::ffff:0.0.0.0"])
+def test_every_address_is_none_however_it_is_written(host):
+    address = Address(host, 0, Path("a"), Path("b"))
+    check_address(address)
+    with pytest.raises(UsageError, match="that is every address"):
+        bind(address)
+
+
 def test_a_folder_that_is_not_there(tmp_path, capsys):
     assert main(["serve", str(tmp_path / "gone")]) == 2
-    assert "is no folder" in capsys.readouterr().err
+    assert "is not a folder" in capsys.readouterr().err
 
 
 def test_without_its_packages_the_command_names_what_to_install(root, capsys, monkeypatch):
@@ -116,9 +125,8 @@ def test_a_killed_server_leaves_a_session_that_opens_whole(root, tmp_path):
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
         assert process.stdout is not None
         link = process.stdout.readline().strip()
-        base = link.partition("/enter")[0]
-        with httpx.Client(trust_env=False, timeout=WAIT_S, headers={"Origin": base}) as browser:
-            browser.get(link)
+        base, _, token = link.partition("/enter?token=")
+        with httpx.Client(trust_env=False, timeout=WAIT_S, headers={"Authorization": f"Bearer {token}"}) as browser:
             assert browser.post(f"{base}/api/sessions/missale/open").status_code == 200
             assert main(["session", "open", str(root / "missale"), "--index", str(tmp_path / "i")]) == 2
         os.kill(process.pid, signal.SIGKILL)

@@ -9,7 +9,7 @@ import ssl
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -21,8 +21,12 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
-from tests.station.console.conftest import WAIT_S
+from station.console.http.protocol import ConsoleProtocol
+from station.console.serving import Address
+from tests.station.conftest import curl_scan
+from tests.station.console.conftest import WAIT_S, GatedScanner, StandInRestorer, serving
 
+MOST = 20  # connections
 ADDRESS = "127.0.0.2"  # of this computer, and not the one that needs no TLS
 CODE = set("█▀▄")
 
@@ -91,8 +95,8 @@ def test_a_tablet_comes_in_by_the_pinned_certificate(root: Path, files: Files) -
         assert set("".join(code)) & CODE
         base = link.partition("/enter")[0]
         with httpx.Client(base_url=base, verify=files.pinned, trust_env=False, timeout=WAIT_S) as tablet:
-            cookie = tablet.get(link).headers["set-cookie"]
-            assert all(part in cookie for part in ("Secure", "HttpOnly", "SameSite=strict"))
+            tablet.headers["Authorization"] = "Bearer " + link.partition("token=")[2]
+            assert tablet.get(link).status_code == 303
             assert tablet.get("/api/state").status_code == 200
             assert tablet.get("/api/state", headers={"Host": "evil.example"}).status_code == 421
             plain = base.replace("https", "http")
@@ -116,3 +120,24 @@ def test_nothing_is_said_without_tls_or_elsewhere(root: Path, files: Files) -> N
             socket.create_connection(("127.0.0.1", port), WAIT_S)
         with httpx.Client(verify=files.pinned, trust_env=False, timeout=WAIT_S) as tablet:
             assert tablet.get(f"{base}/api/state").status_code == 401
+
+
+def test_silent_connections_count_before_their_handshake(root: Path, files: Files, monkeypatch) -> None:
+    """They end after the time for a head, and sooner when their places are needed."""
+    monkeypatch.setattr("station.console.serving.max_connections", lambda: MOST)
+    address = Address(ADDRESS, 0, files.cert, files.key)
+    with serving(root, GatedScanner(curl_scan()), StandInRestorer(), address=address) as station, ExitStack() as lines:
+        browser = lines.enter_context(httpx.Client(verify=files.pinned, trust_env=False, timeout=WAIT_S))
+        browser.headers["Authorization"] = f"Bearer {station.token}"
+        assert browser.get(f"{station.origin}/api/state").status_code == 200
+        monkeypatch.setattr(ConsoleProtocol, "head_s", WAIT_S)
+        silent = [
+            lines.enter_context(socket.create_connection((ADDRESS, station.port), WAIT_S)) for _ in range(3 * MOST)
+        ]
+        assert [line.recv(1) for line in silent[:MOST]] == [b""] * MOST
+        assert browser.get(f"{station.origin}/api/state").status_code == 200  # over the connection that it has
+        with httpx.Client(verify=files.pinned, trust_env=False, timeout=WAIT_S) as newcomer:
+            assert newcomer.get(f"{station.origin}/api/state").status_code == 401
+        monkeypatch.setattr(ConsoleProtocol, "head_s", 0.2)
+        late = lines.enter_context(socket.create_connection((ADDRESS, station.port), WAIT_S))
+        assert late.recv(1) == b""

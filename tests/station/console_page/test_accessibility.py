@@ -109,7 +109,7 @@ def test_axe_finds_nothing_on_a_page_with_any_tool(show, canned, axe, look):
 
 def test_axe_finds_nothing_on_a_page_without_a_model_and_on_one_that_was_not_restored(show, canned, axe, look):
     canned.unrecorded.add("mesh")
-    canned.rows[8] = {"failed": {"text": "no page is in sight", "hint": "shoot it again"}, "restore": None}
+    canned.rows[8] = {"failed": {"text": "no page is in sight", "hint": "capture it again"}, "restore": None}
     page = show(canned, "page/7", **look.options)
     page.wait_for_selector(".light")
     page.get_by_role("group", name=look.text("tools")).get_by_role("button", name=look.text("tool.model")).click()

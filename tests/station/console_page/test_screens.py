@@ -163,7 +163,7 @@ def test_the_preview_shows_what_it_is_for(show, canned):
     page = show(canned)
     page.get_by_role("button", name="Preview").first.click()
     told = page.locator(".aids").inner_text()
-    for text in ("White 0.21 %", "842 mm", "962 mm", "Seen from 861 to 931 mm", "Focus 0.82 px", "clipped 0.25 %"):
+    for text in ("White 0.21 %", "842 mm", "962 mm", "Measured from 861 to 931 mm", "Focus 0.82 px", "clipped 0.25 %"):
         assert text in told
     overlay = page.locator(".overlay")
     assert overlay.is_visible()
@@ -253,7 +253,7 @@ def test_a_second_window_watches_and_is_told_why(show, canned):
     assert "Firefox on Linux has acted since" in page.locator(".notice").inner_text()
     button = page.locator("[data-action=capture]")
     assert button.get_attribute("aria-disabled") == "true"
-    assert button.get_attribute("title") == "Another window acts; this one watches"
+    assert button.get_attribute("title") == "Another window has control; this one is read-only"
     page.keyboard.press(" ")
     page.get_by_role("button", name="Take control").click()
     page.wait_for_timeout(100)

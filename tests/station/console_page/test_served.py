@@ -30,7 +30,7 @@ ASLEEP_S = 6.0  # longer than the page takes as a hitch
 # The picture of the first shot is drawn, and the page says what becomes of it.
 WAITING = """() => {
   const [picture, note] = [".shot-link img", ".shot-waiting"].map((one) => document.querySelector(one));
-  return picture?.src.endsWith("/original/full") && picture.naturalWidth > 0 && note && !note.hidden
+  return picture?.src.includes("/original/full?") && picture.naturalWidth > 0 && note && !note.hidden
     && note.textContent === "Page 1 is being restored …" && document.querySelector("h1").textContent === "Page 1";
 }"""
 

@@ -75,7 +75,7 @@ def test_a_shift_with_a_crash_in_the_middle(browser: Any, console: Console) -> N
         recovered = page.locator(".recovery").inner_text()
         assert "5 pages" in recovered
         assert "4, 5" in recovered
-        page.get_by_role("button", name="Go on shooting").click()
+        page.get_by_role("button", name="Continue capturing").click()
         for number in (4, 5):
             assert judged(page, number) == "green"
         for number in range(6, PAGES + 1):

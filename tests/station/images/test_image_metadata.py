@@ -49,7 +49,7 @@ def test_tiff_tells_of_its_making(page):
         tags = {tag.name: tag.value for tag in file.pages[0].tags}
         np.testing.assert_array_equal(file.asarray(), page.image)
     assert tags["InterColorProfile"] == OTHER
-    assert tags["Model"] == "Vivid 900"
+    assert (tags["Make"], tags["Model"], tags["Orientation"]) == ("Minolta", "Vivid 900", 1)
     assert tags["Software"] == software()
     assert tags["DateTime"] == "2026:05:04 03:02:01"
     assert xmp_of(bytes(tags["XMP"])) == {
@@ -104,7 +104,7 @@ def test_the_pdf_shows_its_picture_in_the_colours_of_its_profile(page):
     with pikepdf.new() as pdf:
         pdf.add_blank_page(page_size=(100, 100))
         pdf.save(layer)
-    words = Words("", b"", b"", (), layer.getvalue(), "en")
+    words = Words("", b"", b"", (), layer.getvalue(), "en", 96.0)
     made = encode_pdf(page.image, 150.0, words, title="page", profile=OTHER)
     with pikepdf.open(io.BytesIO(made)) as pdf:
         assert pdf.pages[0].Resources.XObject.Page.ColorSpace[1].read_bytes() == OTHER

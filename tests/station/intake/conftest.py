@@ -31,7 +31,13 @@ class Library:
     units: dict[str, str] = field(default_factory=dict)
 
     def __call__(
-        self, source: Path, destination: Destination, options: RunOptions, *, facts: Mapping[str, Any]
+        self,
+        source: Path,
+        destination: Destination,
+        options: RunOptions,
+        *,
+        facts: Mapping[str, Any],
+        stem: str | None = None,
     ) -> Outcome:
         data = source.read_bytes()
         beside = tuple(sorted(str(path.relative_to(source.parent)) for path in source.parent.rglob("*.*")))
@@ -41,7 +47,7 @@ class Library:
             raise self.fault
         if not data.endswith(b"END\n"):
             raise BadInput(f"{source} is cut short", "export it again")
-        stem = stem_of(source)
+        stem = stem or stem_of(source)
         files = [(destination.folder / f"{stem}.png", data)]
         files.append((destination.folder / f"{stem}.json", json.dumps({"files": [], **facts}).encode()))
         return Outcome(facts, tuple(write_all(files)))
@@ -97,7 +103,7 @@ class Station:
 
     def results(self) -> dict[str, bytes]:
         """The restored pages: path below the results → content."""
-        found = {path: path.read_bytes() for path in self.out.rglob("*.png")}
+        found = {path: path.read_bytes() for path in self.out.rglob("*.png") if path.is_file()}
         return {str(path.relative_to(self.out)): data for path, data in found.items()}
 
     def notes(self) -> dict[str, str]:

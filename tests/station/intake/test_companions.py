@@ -51,6 +51,16 @@ def test_a_file_that_is_not_there_or_outside_is_missing(tmp_path: Path, referenc
     assert companions == Companions({}, missing=True)
 
 
+@pytest.mark.parametrize(("first", "second"), [("p.mtl", "p.mtl"), ("q.mtl", "p.mtl"), ("./p.mtl", "P.MTL")])
+def test_material_files_that_name_each_other_are_read_once(tmp_path: Path, first: str, second: str) -> None:
+    material = "map_Kd {}\nmap_Kd skin.png\n"
+    files = {"p.obj": b"mtllib p.mtl\n", "p.mtl": material.format(first).encode(), "skin.png": b""}
+    files["q.mtl"] = material.format(second).encode()
+    companions = found(tmp_path, "p.obj", files)
+    assert {"p.mtl", "skin.png"} <= set(companions.found) <= {"p.mtl", "P.MTL", "q.mtl", "skin.png"}
+    assert not companions.missing
+
+
 def test_the_picture_of_the_same_name_in_the_order_of_preference(tmp_path: Path) -> None:
     files = {"Page.VVD": b"", "page.jpg": b"", "PAGE.Tif": b"", "sub/page.png": b""}
     assert found(tmp_path, "Page.VVD", files) == Companions({"Page.tif": Path("PAGE.Tif")}, missing=False)

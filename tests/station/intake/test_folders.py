@@ -25,13 +25,13 @@ def test_results_would_be_scans_in_the_folder_or_above(tmp_path: Path, out: str)
 
 
 def test_a_folder_has_to_be_there(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="is no folder"):
+    with pytest.raises(UsageError, match="is not a folder"):
         check_folders(tmp_path / "scans", tmp_path / "out")
 
 
 @pytest.mark.parametrize("inside", ["", "data"])
 def test_the_scans_of_a_session_are_its_own(tmp_path: Path, inside: str) -> None:
     create_session(tmp_path / "book", Volume(title="Missale"))
-    with pytest.raises(UsageError, match="no folder of scans") as refused:
+    with pytest.raises(UsageError, match="not a folder of scans") as refused:
         check_folders(tmp_path / "book" / inside, tmp_path / "out")
     assert "planish batch" in refused.value.hint

@@ -11,6 +11,7 @@ import pytest
 from restore import NotEnoughSurface
 from restore.runtime import LibraryMissing
 from station.errors import FolderInUse, UsageError
+from station.intake import arrival as arrival_module
 from station.intake import loop
 from station.intake.records import NOTE
 from station.session import Volume, create_session
@@ -304,7 +305,7 @@ def test_folders_that_cannot_be(station, tmp_path) -> None:
     with pytest.raises(UsageError, match="would be scans"):
         station.run()
     station.folder, station.out = tmp_path / "nothing", tmp_path / "out"
-    with pytest.raises(UsageError, match="no folder"):
+    with pytest.raises(UsageError, match="not a folder"):
         station.run()
 
 
@@ -327,5 +328,70 @@ def test_a_session_in_the_folder_is_named_once_and_left_alone(station) -> None:
 def test_a_session_is_no_folder_to_watch(station) -> None:
     create_session(station.folder / "book", Volume(title="A book"))
     station.folder = station.folder / "book/data"
-    with pytest.raises(UsageError, match="no folder of scans"):
+    with pytest.raises(UsageError, match="not a folder of scans"):
         station.run()
+
+
+@pytest.mark.parametrize("bytes_", [180, 244, 250, 255])
+def test_a_long_name_is_restored_or_set_aside_as_any_other(station, bytes_) -> None:
+    station.put("ä" * ((bytes_ - 4) // 2) + "a" * (bytes_ % 2) + ".glb")
+    station.put("b" * (bytes_ - 4) + ".glb", b"cut")
+    station.put("page.glb")
+    station.run()
+    assert sorted(kinds(station)) == ["restored", "restored", "set aside"]
+    assert len(station.results()) == 2
+    assert len(station.notes()) == 1
+    station.run()  # known again by the same names
+    assert len(kinds(station)) == 3
+
+
+@pytest.mark.parametrize("first", ["x.glb", "x/x.png/y.glb"])
+def test_results_that_would_be_in_the_way_of_each_other_lie_beside(station, first) -> None:
+    """The page of x is `x/x.png`, where the results of the folder `x/x.png` would lie."""
+    station.put(first)
+    station.run()
+    for name in ("x.glb", "x/x.png/y.glb", "a.glb"):
+        station.put(name)
+    station.run()
+    station.run()
+    assert kinds(station) == ["restored"] * 3
+    assert len(station.results()) == 3
+
+
+def test_a_note_and_a_folder_of_its_name(station) -> None:
+    station.put("x.glb", b"cut")
+    station.put("x.glb.txt/y.glb", b"cut")
+    station.run()
+    station.run()
+    assert kinds(station) == ["set aside"] * 2
+    assert len(station.notes()) == 2
+
+
+@pytest.mark.parametrize(
+    "fault", [RecursionError(), ValueError("embedded null byte"), OSError(errno.ENAMETOOLONG, "x")]
+)
+def test_whatever_looking_at_a_scan_raises_the_others_are_restored(station, monkeypatch, fault) -> None:
+    companions = loop.Pairing.companions
+
+    def refuse(self, source):
+        if source.name == "bad.glb":
+            raise fault
+        return companions(self, source)
+
+    monkeypatch.setattr(loop.Pairing, "companions", refuse)
+    for name in ("bad.glb", "page.glb"):
+        station.put(name)
+    station.run()
+    assert sorted(kinds(station)) == ["restored", "set aside"]
+
+
+def test_an_original_that_cannot_be_read_to_its_end_is_set_aside(station, monkeypatch) -> None:
+    def refuse(self, to):
+        raise arrival_module.Unreadable(errno.ENODATA, "No data available", "page.glb")
+
+    for name in ("bad.glb", "page.glb"):
+        station.put(name)
+    copy = loop.Arrival.copy
+    monkeypatch.setattr(loop.Arrival, "copy", lambda self, to: (refuse if "bad" in self.stem else copy)(self, to))
+    station.run()
+    assert sorted(kinds(station)) == ["restored", "set aside"]

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import trimesh
 
+from drivers.simulated import Spread, Text, shoot
+from restore import save_scan
 from restore.errors import BadInput
 from restore.formats import write_obj
 from restore.scan import RangeScan, SurfaceMesh
 from station.choices import Sheets
 from station.cli import main
 from station.run.pieces import select_sheets
+from station.session.presets import load_preset
+from station.session.stages import run_restore, run_verdict
 
 LEFT_MM, RIGHT_MM = (105.0, 140.0), (90.0, 130.0)
 GAP_MM = 60.0
@@ -57,7 +62,37 @@ def test_every_sheet_is_a_page_left_to_right(two_sheets, tmp_path, options):
 def test_the_largest_is_the_page_with_a_warning(two_sheets, tmp_path):
     reports = restored(two_sheets, tmp_path / "out", "--sheets", "largest")
     np.testing.assert_allclose(reports["page"]["page_mm"], LEFT_MM, atol=CHORDS_MM)
-    assert any("80% as large; --sheets separate" in one["text"] for one in reports["page"]["findings"])
+    (found,) = (one for one in reports["page"]["findings"] if one["code"] == "large_sheet_left_out")
+    assert (found["severity"], "80% as large" in found["text"]) == ("doubt", True)
+
+
+@pytest.fixture
+def hidden_gutter(tmp_path):
+    """A scan folder of an opened book whose gutter gave no range."""
+    scan, truth = shoot(Spread(reach_mm=20), Text(), page_mm=(220.0, 160.0), mode="fast")
+    hidden = np.abs(truth.flat[..., 0] - 110.0) < 12.0
+    save_scan(replace(scan, points=np.where(hidden[..., None], np.nan, scan.points)), tmp_path / "book.scan")
+    return tmp_path / "book.scan"
+
+
+def test_both_leaves_of_a_hidden_gutter_are_pages(hidden_gutter, tmp_path):
+    reports = restored(hidden_gutter, tmp_path / "out")
+    assert sorted(reports) == ["book-left", "book-right"]
+    for side in ("left", "right"):
+        report = reports[f"book-{side}"]
+        assert report["part"] == side
+        np.testing.assert_allclose(report["page_mm"], (98.0, 160.0), atol=1.0)
+        assert not [one for one in report["findings"] if "sheet" in one["code"]]
+    restored(hidden_gutter, tmp_path / "out", "--sheets", "largest", "--force")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["book.json", "book.png"]
+
+
+def test_a_session_is_red_when_half_of_a_book_is_left_out(hidden_gutter, tmp_path):
+    run = run_restore(hidden_gutter, {"settings": {"points": 300, "dpi": 50}}, tmp_path / "made")
+    assert run.result["measures"]["left_out_fraction"] == pytest.approx(1.0, abs=0.05)
+    limits = load_preset("book").thresholds.model_dump(mode="json", exclude_none=True)
+    checks = run_verdict(run.result["measures"], {"thresholds": limits}, {}).result["checks"]
+    assert [one["level"] for one in checks if one["name"] == "left_out_fraction"] == ["red"]
 
 
 def test_together_they_are_one_picture_with_a_warning(two_sheets, tmp_path):
@@ -94,10 +129,10 @@ def test_json_lists_the_report_of_every_page(two_sheets, tmp_path, capsys):
 
 
 def shot_of_two():
-    """A shot of two flat sheets of 60 × 30 and 60 × 20 samples, seen by a pinhole camera."""
+    """A shot of two flat sheets of 60 × 30 and 40 × 30 samples, seen by a pinhole camera."""
     cols, rows = np.meshgrid(np.arange(80.0), np.arange(80.0))
     points = np.stack([(cols - 39.5) / 500.0, (39.5 - rows) / 500.0, -np.ones_like(cols)], axis=-1) * 700.0
-    seen = (rows >= 10) & (rows < 70) & (((cols >= 5) & (cols < 35)) | ((cols >= 50) & (cols < 70)))
+    seen = (rows >= 10) & (((cols >= 5) & (cols < 35) & (rows < 70)) | ((cols >= 45) & (cols < 75) & (rows < 50)))
     return RangeScan(np.where(seen[..., None], points, np.nan), None, np.stack([cols, rows], axis=-1))
 
 
@@ -109,7 +144,7 @@ def test_of_a_shot_the_largest_is_the_page_with_a_warning():
 
 
 def test_pieces_of_a_shot_cannot_be_laid_out_together():
-    with pytest.raises(BadInput, match="2 pieces cannot be laid out"):
+    with pytest.raises(BadInput, match="2 pieces cannot be packed"):
         select_sheets(shot_of_two(), Sheets.TOGETHER)
 
 
@@ -121,7 +156,7 @@ def test_a_piece_that_is_no_page_is_left_out_with_its_reason(two_sheets, tmp_pat
     write_obj(SurfaceMesh(np.concatenate([closed, right]), np.concatenate([ball.faces, faces + len(closed)])), path)
     reports = restored(path, tmp_path / "out", "--sheets", "separate")
     assert list(reports) == ["weighted-2"]
-    assert "piece 1 of 2 is left out: the surface is closed" in capsys.readouterr().out
+    assert "piece 1 of 2 is skipped: the surface is closed" in capsys.readouterr().out
     restored(path, tmp_path / "again", "--sheets", "separate", "--json")
     (left_out,) = json.loads(capsys.readouterr().out)["rejected"]
     assert (left_out["number"], left_out["of"]) == (1, 2)

@@ -38,7 +38,7 @@ def test_a_heap_of_triangles_is_written_on_request_alone(tmp_path, capsys):
     write_obj(SurfaceMesh(rng.normal(0, 30, (27, 3)), rng.integers(0, 27, (40, 3))), tmp_path / "heap.obj")
     command = ["restore", str(tmp_path / "heap.obj"), "-o", str(tmp_path / "out"), "--dpi", "50"]
     assert main(command) == 5
-    assert "the surface is no page" in capsys.readouterr().err
+    assert "the surface is not a page" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
     assert main([*command, "--allow-distorted"]) == 0
     assert json.loads((tmp_path / "out" / "heap.json").read_text())["strain"]["rms"] > MAX_STRAIN

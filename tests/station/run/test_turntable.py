@@ -93,7 +93,7 @@ def test_views_are_taken_kept_merged_and_restored(tmp_path, library, stage, merg
     views = [f"page-view-{number}.scan" for number in (1, 2, 3, 4)]
     assert {path.name for path in tmp_path.iterdir()} == {*views, "page.scan", "page.png", "page.json"}
     assert load_scan(tmp_path / views[2]).provenance["turntable"]["deg"] == 180.0
-    assert [one["text"] for one in outcome.report["findings"]] == ["the view at 90° was left out: it moved"]
+    assert [one["text"] for one in outcome.report["findings"]] == ["the view at 90° is not used: it moved"]
     assert [Path(path).name for path in outcome.report["views"]] == views
 
 
@@ -139,7 +139,7 @@ def test_nothing_moves_before_it_is_sure_that_nothing_is_overwritten(tmp_path, l
     ("stage_settings", "missing"), [(None, "no turntable"), (TurntableSettings(model="MMC-2", port="x"), "axis is")]
 )
 def test_a_stage_and_its_axis_must_be_told(tmp_path, stage_settings, missing) -> None:
-    config = CONFIG.model_copy(update={"stage": stage_settings})
+    config = CONFIG.model_copy(update={"turntable": stage_settings})
     with pytest.raises(UsageError, match=missing):
         scan_views(config, Destination(tmp_path / "out"), RunOptions(), turns=2)
     assert not (tmp_path / "out").exists()

@@ -12,7 +12,7 @@ from station.errors import explain
 from station.images.png import encode_png
 from station.run.small_page import small_page
 from station.session import open_session, scan_path
-from station.session.adding import add_original, gather
+from station.session.adding import add_original, add_originals, gather
 
 OBJ = """mtllib Sheet.MTL
 v 0 0 0\nv 9 0 0\nv 0 9 0\nv 9 9 1
@@ -60,6 +60,18 @@ def test_what_cannot_be_read_is_no_page(volume, tmp_path, content):
             add_original(writer, tmp_path / "bad.obj")
         assert str(volume) not in str(caught.value)  # the copy there is none of the operator's
         assert len(writer.history.events) == 1
+
+
+def test_of_several_files_all_are_added_or_none(volume, mesh, tmp_path):
+    (tmp_path / "bad.obj").write_text("v 0 0\nf 1 2 3\n")
+    with open_session(volume) as writer:
+        with pytest.raises(BadInput, match=r"bad\.obj"):
+            add_originals(writer, [mesh, tmp_path / "bad.obj", mesh])
+        assert len(writer.history.events) == 1
+        assert not list(writer.staging("x").parent.iterdir())  # no copy is left
+        events = add_originals(writer, [mesh, mesh])
+        assert [event.page for event in events] == [1, 2]
+        assert [load_scan(scan_path(writer.session, event)).texture.shape for event in events] == [(4, 4, 3)] * 2
 
 
 def test_a_copy_that_the_disk_does_not_give_back_is_a_fault_of_the_disk(volume, mesh, monkeypatch):

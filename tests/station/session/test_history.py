@@ -110,7 +110,7 @@ def test_undo_and_redo_are_those_of_two_stacks(steps):
 @pytest.mark.parametrize("to", [9, 1, "1", True])
 def test_a_move_to_no_event_of_its_slot_is_refused(to):
     history = shot(History(), 2)
-    with pytest.raises(ValueError, match="no event of its slot"):
+    with pytest.raises(ValueError, match="not an event of its slot"):
         grown(history, "move", "capture", 1, to=to)
 
 

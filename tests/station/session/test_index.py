@@ -23,7 +23,7 @@ def test_rebuilt_it_is_equal_to_the_one_that_grew(volume, tiny_scan, tmp_path):
         for number in (1, 2, 3):
             capture = add_scan(writer, tiny_scan, facts={})
             run = record_run(writer, "restore", capture, parameters={}, result={})
-            record_run(writer, "verdict", run, parameters={}, result={"level": "amber"})
+            record_run(writer, "verdict", run, parameters={}, result={"level": "amber", "checks": []})
             decide(writer, "accept", number == 1, page=number, on=capture)
             update(index, writer.session)
         decide(writer, "position", 0.5, page=3)
@@ -70,7 +70,7 @@ def test_a_file_that_is_no_index_is_neither_replaced_nor_added_to(volume, tmp_pa
     for name in ("scan.ply", "other.sqlite"):
         before = (tmp_path / name).read_bytes()
         for use in (sessions, lambda path: update(path, read_session(volume)), lambda path: reindex(path, [volume])):
-            with pytest.raises(BadInput, match="is no index of sessions"):
+            with pytest.raises(BadInput, match="is not an index of sessions"):
                 use(tmp_path / name)
         assert (tmp_path / name).read_bytes() == before
 
@@ -97,7 +97,7 @@ def test_a_folder_that_is_not_there_leaves_the_index_as_it_is(volume, tmp_path):
     index = tmp_path / "index"
     update(index, read_session(volume))
     for absent in (tmp_path / "absent", index):
-        with pytest.raises(BadInput, match=f"there is no folder {absent}"):
+        with pytest.raises(BadInput, match=f"the folder {absent} does not exist"):
             reindex(index, [tmp_path, absent])
     assert [one.id for one in sessions(index)] == ["an-id"]
 

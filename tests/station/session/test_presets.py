@@ -52,9 +52,9 @@ def test_a_preset_of_ones_own(tmp_path):
 
 def test_a_preset_that_is_not_there_names_the_file_that_was_meant_and_those_that_are(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    shipped = "one that comes along: book, crumpled, leaflet, map"
+    shipped = "a bundled one: book, crumpled, leaflet, map"
     for name in ("mine", "mine.toml", "./mine", ""):
-        with pytest.raises(UsageError, match=f"^there is no preset '{name}'$") as caught:
+        with pytest.raises(UsageError, match=f"^the preset '{name}' does not exist$") as caught:
             load_preset(name)
         assert caught.value.hint == f"give the path of a TOML file, or {shipped}"
     (tmp_path / "mine.toml").write_text("first = 1\n")

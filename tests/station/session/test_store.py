@@ -136,9 +136,9 @@ def test_a_session_is_never_created_over_anything(volume):
 
 
 def test_a_folder_that_is_no_session(tmp_path):
-    with pytest.raises(BadInput, match="is no session"):
+    with pytest.raises(BadInput, match="is not a session"):
         read_session(tmp_path)
-    with pytest.raises(BadInput, match="is no session"), open_session(tmp_path):
+    with pytest.raises(BadInput, match="is not a session"), open_session(tmp_path):
         pass
     assert list(tmp_path.iterdir()) == []
 

@@ -70,7 +70,7 @@ def restored_page(image, master):
     coverage = np.full((256, 256), CoverageClass.MEASURED, np.uint8)
     coverage[100:110, 100:110] = CoverageClass.OCCLUDED
     flat = FlatMesh(np.empty((0, 3)), np.empty((0, 3), int))
-    report = {"strain": {"rms": 0.02, "smooth_rms": 0.001}, "coverage": {"cut": 0.125}, **PPI}
+    report = {"strain": {"rms": 0.02, "smooth_rms": 0.001}, "coverage": {"cropped_fraction": 0.125}, **PPI}
     return RestoredPage(
         image, 25.4, coverage > 0, flat, report, np.dstack([cols, rows]), flat, master=master, coverage=coverage
     )

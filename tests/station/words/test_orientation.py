@@ -11,7 +11,7 @@ import pytest
 from PIL import Image, ImageDraw, ImageFont
 
 from station.choices import Rotation
-from station.words.orientation import turned, upright_turn
+from station.words.orientation import Upright, densest_part, turned, upright_turn
 from station.words.words import ProgramMissing
 
 DPI = 150.0
@@ -32,11 +32,42 @@ def printed():
     return np.asarray(picture)
 
 
+@pytest.fixture(scope="module")
+def few_lines(printed):
+    return np.ascontiguousarray(printed[40:140])
+
+
 @needs_tesseract
 @pytest.mark.parametrize("degrees", [0, 90, 180, 270])
 def test_the_words_tell_which_way_up_a_page_is(printed, degrees):
     lying = np.ascontiguousarray(np.rot90(printed, degrees // 90))  # counter-clockwise
-    assert upright_turn(lying, DPI) == degrees
+    assert upright_turn(lying, DPI) == Upright(degrees)
+
+
+@needs_tesseract
+@pytest.mark.parametrize(("degrees", "mirrored"), [(90, False), (180, False), (0, True)])
+def test_a_few_lines_are_read_in_every_direction_and_mirrored(few_lines, degrees, mirrored):
+    """Too few for the detection of orientation."""
+    lying = np.rot90(few_lines, degrees // 90)
+    lying = np.ascontiguousarray(lying[:, ::-1] if mirrored else lying)
+    assert upright_turn(lying, DPI) == Upright(degrees, mirrored)
+
+
+@needs_tesseract
+def test_a_page_whose_words_are_a_mirror_image_is_mirrored(page, few_lines):
+    mirrored = replace(page, image=np.ascontiguousarray(few_lines[:, ::-1]), dpi=DPI)
+    upright, findings = turned(mirrored, Rotation.AUTO)
+    np.testing.assert_array_equal(upright.image, few_lines)
+    assert [one.code for one in findings] == ["words_mirrored"]
+
+
+def test_the_part_that_is_read_has_most_letters(printed):
+    wide = np.full((2400, 3000, 3), 255, np.uint8)
+    wide[1200:1800, 1500:2400] = printed
+    part = densest_part(wide, DPI)
+    assert max(part.shape[:2]) <= 2 * DPI + 8
+    assert (part < 128).mean() > 0.8 * (printed[100:400, 100:400] < 128).mean()
+    assert densest_part(np.full((300, 300, 3), 255, np.uint8), DPI) is None
 
 
 @needs_tesseract

@@ -6,6 +6,7 @@ import io
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -33,6 +34,7 @@ from station.words.words import (
     ProgramMissing,
     check_language,
     find_tesseract,
+    findings_of_words,
     mean_confidence,
     recognise,
     sharpened,
@@ -294,7 +296,7 @@ def test_pages_are_known_by_their_reports(result):
 def test_a_folder_without_pages_is_refused(tmp_path):
     with pytest.raises(BadInput, match="no restored page"):
         find_pages(tmp_path)
-    with pytest.raises(BadInput, match="is no page"):
+    with pytest.raises(BadInput, match="is not a page"):
         find_pages(tmp_path / "scan.obj")
 
 
@@ -376,6 +378,22 @@ def test_the_confidence_in_a_page_is_the_mean_of_its_words():
     words = b"<span title='bbox 0 0 9 9; x_wconf 96'>a</span><span title='bbox 9 0 19 9; x_wconf 80'>b</span>"
     assert mean_confidence(words) == pytest.approx(88.0)
     assert mean_confidence(b"<div class='ocr_page'></div>") == 0.0
+
+
+@pytest.mark.parametrize(
+    ("text", "confidence", "codes"),
+    [("page", 96.0, []), ("page", 38.0, ["words_doubtful"]), ("\n", 0.0, [])],  # upright, upside down, blank
+)
+def test_words_of_little_confidence_are_reported(words, text, confidence, codes):
+    found = findings_of_words(replace(words, text=text, confidence=confidence))
+    assert [one.code for one in found] == codes
+
+
+@needs_tesseract
+def test_a_page_upside_down_is_reported_with_its_words(tmp_path, image, capsys):
+    (tmp_path / "page.png").write_bytes(encode_png(np.ascontiguousarray(image[::-1, ::-1]), DPI))
+    assert main(["ocr", str(tmp_path / "page.png")]) == 0
+    assert "less than 60" in capsys.readouterr().out
 
 
 def test_sharpening_leaves_even_paper_and_raises_the_contrast_of_strokes():

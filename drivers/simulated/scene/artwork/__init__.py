@@ -3,11 +3,25 @@
 from __future__ import annotations
 
 from drivers.simulated.scene.artwork.chart import Chart
+from drivers.simulated.scene.artwork.facing import Facing, Leather
 from drivers.simulated.scene.artwork.figure import Figure
 from drivers.simulated.scene.artwork.markers import Markers, White
 from drivers.simulated.scene.artwork.printed import Artwork, Box, Print, Word
 from drivers.simulated.scene.artwork.text import Text
 
-__all__ = ["ARTWORK", "Artwork", "Box", "Chart", "Figure", "Markers", "Print", "Text", "White", "Word"]
+__all__ = [
+    "ARTWORK",
+    "Artwork",
+    "Box",
+    "Chart",
+    "Facing",
+    "Figure",
+    "Leather",
+    "Markers",
+    "Print",
+    "Text",
+    "White",
+    "Word",
+]
 
-ARTWORK: dict[str, type[Artwork]] = {kind.name: kind for kind in (White, Markers, Text, Figure, Chart)}
+ARTWORK: dict[str, type[Artwork]] = {kind.name: kind for kind in (White, Markers, Text, Figure, Facing, Leather, Chart)}

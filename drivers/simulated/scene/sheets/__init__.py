@@ -6,6 +6,7 @@ from drivers.simulated.scene.sheets.bent import Binding, Curl, Flat, Spread, Wav
 from drivers.simulated.scene.sheets.cone import Cone
 from drivers.simulated.scene.sheets.crumpled import Crumpled
 from drivers.simulated.scene.sheets.folded import Miura, MultiFold
+from drivers.simulated.scene.sheets.opening import Opening
 from drivers.simulated.scene.sheets.sheet import PageSize, Sheet
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "Flat",
     "Miura",
     "MultiFold",
+    "Opening",
     "PageSize",
     "Sheet",
     "Spread",
@@ -24,5 +26,5 @@ __all__ = [
 ]
 
 SHEETS: dict[str, type[Sheet]] = {
-    kind.name: kind for kind in (Flat, Curl, Binding, Spread, Wave, Cone, MultiFold, Miura, Crumpled)
+    kind.name: kind for kind in (Flat, Curl, Binding, Spread, Opening, Wave, Cone, MultiFold, Miura, Crumpled)
 }

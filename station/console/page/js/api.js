@@ -1,7 +1,24 @@
 // Requests to the server, and the identity of this tab.
 
 const TAB = "planish-tab";
+const ENTRY = "planish-entry"; // kept for this address and port alone, where a cookie would go to every port
 let tab = "";
+let entry = { token: "", key: "" };
+
+/** Take the token and the key that the link brought behind its `#`, or those that were kept. */
+export function takeEntry() {
+  const given = new URLSearchParams(location.hash.slice(1));
+  if (given.has("token")) {
+    localStorage.setItem(ENTRY, JSON.stringify({ token: given.get("token"), key: given.get("key") }));
+    history.replaceState(null, "", location.pathname);
+  }
+  entry = JSON.parse(localStorage.getItem(ENTRY)) ?? entry;
+}
+
+/** An address with the key, for what a browser asks for by itself: pictures, files, the stream of events. */
+export function keyed(path) {
+  return `${path}${path.includes("?") ? "&" : "?"}key=${entry.key}`;
+}
 
 /** What went wrong with a request: `key` for the table of strings, `text` and `hint` as the server says them. */
 export class ApiError extends Error {
@@ -34,7 +51,7 @@ function isMine(id) {
 }
 
 async function request(method, path, body, signal) {
-  const headers = { "X-Planish-Tab": tab };
+  const headers = { "X-Planish-Tab": tab, Authorization: `Bearer ${entry.token}` };
   if (body !== undefined) headers["Content-Type"] = "application/json";
   let answer;
   try {
@@ -53,7 +70,7 @@ export const put = (path, body) => request("PUT", path, body);
 
 /** The bytes of a file of the server. */
 export async function getBytes(path) {
-  const answer = await fetch(path).catch(() => null);
+  const answer = await fetch(keyed(path)).catch(() => null);
   if (!answer) throw new ApiError(0, { key: "offline" });
   if (!answer.ok) throw new ApiError(answer.status, (await answer.json().catch(() => ({}))).error ?? { key: "fault" });
   return answer.arrayBuffer();

@@ -1,6 +1,6 @@
 // Start of the console: the frame around the screens, and which of them is shown.
 
-import { claimTab } from "./api.js";
+import { claimTab, takeEntry } from "./api.js";
 import { h, icon, set } from "./dom.js";
 import { listenForKeys, showKeys } from "./keys.js";
 import { noticeBoard } from "./notices.js";
@@ -72,6 +72,7 @@ function noEntry() {
 }
 
 theme();
+takeEntry();
 await Promise.all([loadStrings(), claimTab()]);
 frame();
 await follow();

@@ -1,6 +1,6 @@
 // What the server said last, and what this tab looks at. Screens listen; nothing else is kept.
 
-import { ApiError, get, post, tabId } from "./api.js";
+import { ApiError, get, keyed, post, tabId } from "./api.js";
 
 const KEPT_MESSAGES = 200;
 const LOOK_MS = 1000; // between two looks whether anything was heard
@@ -131,7 +131,7 @@ async function loadAll() {
 export async function follow() {
   await loadAll().catch(refuseEntry);
   if (!store.entered) return;
-  const source = new EventSource(`/api/events?tab=${encodeURIComponent(tabId())}`);
+  const source = new EventSource(keyed(`/api/events?tab=${encodeURIComponent(tabId())}`));
   const heard = (name, act) => source.addEventListener(name, (event) => { listened(); act(JSON.parse(event.data)); });
   let boot = null;
   heard("hello", (hello) => {

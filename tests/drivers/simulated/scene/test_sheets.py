@@ -17,13 +17,23 @@ from drivers.simulated.scene.sheets import (
     Flat,
     Miura,
     MultiFold,
+    Opening,
     Sheet,
     Spread,
     Wave,
 )
 
 PAGE = (280.0, 200.0)
-BENT = (Flat(), Curl(), Curl(radius_mm=-120.0, taper=0.0, angle_deg=90.0), Binding(), Spread(), Wave(), Cone())
+BENT = (
+    Flat(),
+    Curl(),
+    Curl(radius_mm=-120.0, taper=0.0, angle_deg=90.0),
+    Binding(),
+    Spread(),
+    Opening(offset_mm=13, right_deg=30.0),
+    Wave(),
+    Cone(),
+)
 FOLDED = (
     MultiFold(),
     Miura(),

@@ -126,7 +126,7 @@ def test_what_the_shots_do_not_tell_stays_uncertain() -> None:
 
 
 def test_shots_that_tell_nothing_are_refused() -> None:
-    with pytest.raises(SettingsError, match="no shots"):
+    with pytest.raises(SettingsError, match="no captures"):
         calibrate([], MIDDLE)
     one = shot(900, 0, 0, np.random.default_rng(0))
     with pytest.raises(SettingsError, match="next to nothing"):

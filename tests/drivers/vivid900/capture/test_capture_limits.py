@@ -67,7 +67,9 @@ def test_many_shots_have_the_time_that_they_need() -> None:
         CaptureSettings(deadline_s=0.5)
 
 
-@pytest.mark.parametrize("change", [{"distance_mm": 1100}, {"mode": ShotMode.FINE_COLOUR}])
+@pytest.mark.parametrize(
+    "change", [{"distance_mm": 1100}, {"mode": ShotMode.FINE_COLOUR}, {"laser_power": 90}, {"gain": 3}]
+)
 def test_a_change_at_the_scanner_during_the_shot_makes_the_capture_fail(stand, change) -> None:
     camera = stand.camera()
     release = stand.device._release
@@ -78,10 +80,22 @@ def test_a_change_at_the_scanner_during_the_shot_makes_the_capture_fail(stand, c
         return answer
 
     stand.device._release = released
-    with pytest.raises(Interrupted, match="changed at the scanner"):
+    with pytest.raises(Interrupted, match=f"{next(iter(change)).replace('_', ' ')} was changed at the scanner"):
         camera.capture(SET)
     stand.device._release = release
     assert camera.capture(SET).measured.all()
+
+
+def test_what_the_scanner_was_to_choose_may_be_shown_as_chosen(stand) -> None:
+    release = stand.device._release
+
+    def released(data: bytes) -> bytes:
+        answer = release(data)
+        stand.device.parameters = replace(stand.device.parameters, colour=4, threshold=30)
+        return answer
+
+    stand.device._release = released
+    assert stand.camera().capture(SET).measured.all()
 
 
 class Dark(PlateSensor):

@@ -22,7 +22,7 @@ def busy() -> None:
 
 @app.get("/bad")
 def bad() -> None:
-    raise BadInput("a.obj is damaged", "shoot again")
+    raise BadInput("a.obj is damaged", "capture again")
 
 
 @app.get("/bug")
@@ -46,7 +46,7 @@ def test_every_fault_has_the_same_form(caplog):
     full, wrong, count, gone, posted, fault = asyncio.run(ask("/busy", "/bad", "/count?number=x", "/gone", "", "/bug"))
     assert (full.status_code, full.headers["retry-after"]) == (503, "5")
     assert full.json() == {"error": {"key": "streams_full", "text": "full", "hint": "wait", "data": {"places": 3}}}
-    assert wrong.json()["error"]["hint"] == "shoot again"
+    assert wrong.json()["error"]["hint"] == "capture again"
     assert count.json()["error"]["data"] == {"field": "query.number"}
     assert gone.json()["error"]["key"] == "not_found"
     assert posted.json()["error"]["key"] == "method"

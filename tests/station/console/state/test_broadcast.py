@@ -10,7 +10,7 @@ from station.capture_loop.loop import Line
 from station.console.state.broadcast import Broadcast
 from station.console.state.event_stream import EventStream
 from station.console.state.shown import captures_left, stamp
-from station.console.state.tasks import free_folder
+from station.storage.disk import free_folder
 from tests.station.console.state.test_event_stream import events_of
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 
 from restore import RangeScan
@@ -65,3 +67,39 @@ def test_a_fault_in_the_shift_ends_it_and_is_told(root):
     writable.do(lambda: writable.loop.press("capture"))
     assert writable.join(10)
     assert isinstance(ended[0], OSError)
+
+
+def test_what_is_pressed_while_a_session_is_being_closed_is_refused_not_lost(root):
+    go_on, ended = threading.Event(), []
+    writable = WritableSession(root / "missale", None, listener([], ended), restorations=StandInRestorer())
+    writable.start()
+    writable.do(go_on.wait)
+    closing = threading.Thread(target=writable.close)
+    closing.start()
+    wait_for(lambda: writable._is_leaving)
+    with pytest.raises(ConsoleFault, match="is being closed"):
+        writable.do(lambda: ended.append("never"))
+    go_on.set()
+    closing.join()
+    assert ended == [None]
+    with pytest.raises(ConsoleFault, match="is being closed"):
+        writable.decide("settings", {})
+
+
+def test_the_scanner_is_free_after_a_shot_that_came_too_late(opened, served, monkeypatch):
+    def refuse(task):
+        raise ConsoleFault("no_session_open", "it is being closed")
+
+    monkeypatch.setattr(served.app_state.open_session, "do", refuse)
+    assert opened.post("/api/press", json={"action": "capture"}).status_code == 409
+    assert opened.get("/api/state").json()["scanner"]["busy"] is None
+
+
+@pytest.mark.parametrize(
+    ("action", "text", "status"), [("label", "1\x1b[2J", 422), ("note", "a\nb", 202), ("side", "a\nb", 422)]
+)
+def test_texts_hold_no_control_characters(opened, served, action, text, status):
+    assert opened.post("/api/press", json={"action": "capture"}).status_code == 202
+    wait_for(lambda: [row["level"] for row in served.app_state.open_session.rows()] == ["green"])
+    answer = opened.post("/api/press", json={"action": action, "page": 1, "text": text})
+    assert answer.status_code == status

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
+import pytest
+
+from restore import BadInput
 from station.console.state import sessions
 from station.errors import UsageError
-from station.session import open_session, read_session
+from station.session import SessionDamaged, open_session, read_session
 from station.session.overview import preset_of
+from station.session.tree import tree_digests
+from station.storage.folder_lock import WORK
+from tests.station.conftest import curl_scan
+from tests.station.console.conftest import GatedScanner, StandInRestorer, serving
+from tests.station.session.test_facts import events, written
 
 
 def test_a_session_is_made_opened_and_closed(client, root):
@@ -33,6 +42,25 @@ def test_names_lead_nowhere_else(client, root):
     assert [entry["name"] for entry in client.get("/api/sessions").json()["sessions"]] == ["missale"]
     assert client.post("/api/sessions/link/open").json()["error"]["key"] == "no_session"
     assert client.post("/api/sessions", json={"name": "link", "title": "x"}).json()["error"]["key"] == "exists"
+
+
+def test_the_folders_of_exports_and_batches_are_no_names_of_sessions(client, root):
+    for name in ("exports", "batches", "Exports"):
+        refused = client.post("/api/sessions", json={"name": name, "title": "x"})
+        assert (refused.status_code, refused.json()["error"]["key"]) == (422, "invalid")
+        assert not (root / name).exists()
+
+
+def test_a_session_in_their_place_is_not_written_into(client, root):
+    for name, path, wanted in (
+        ("exports", "/api/export", {"session": "missale", "format": "bagit"}),
+        ("batches", "/api/batch", {"sessions": ["missale"]}),
+    ):
+        shutil.copytree(root / "missale", root / name)  # of an older version, or from another station
+        before = tree_digests(root / name, without=WORK)
+        refused = client.post(path, json=wanted)
+        assert (refused.status_code, refused.json()["error"]["key"]) == (422, "invalid")
+        assert tree_digests(root / name, without=WORK) == before
 
 
 def test_a_damaged_session_is_listed_with_what_is_wrong_and_hides_no_other(client, root):
@@ -79,3 +107,37 @@ def test_a_lock_that_a_killed_process_left_is_nobodys(root):
     (work / "lock").unlink()
     (work / "lock").symlink_to("/etc/passwd")
     assert sessions.holder_of(root / "missale") is None
+
+
+@pytest.mark.parametrize("read_only", [True, False])
+def test_a_session_that_cannot_be_shown_is_not_open_and_says_why(client, root, read_only):
+    wrong = {"verdict": {"result": {"level": "purple", "checks": []}}}
+    written(root / "foreign", events(**wrong))
+    refused = client.post("/api/sessions/foreign/open", json={"read_only": read_only})
+    assert (refused.status_code, refused.json()["error"]["key"]) == (422, "damaged")
+    assert "event 4, verdict: level" in refused.json()["error"]["text"]
+    state = client.get("/api/state")
+    assert (state.status_code, state.json()["session"]) == (200, None)
+    with pytest.raises(SessionDamaged), open_session(root / "foreign"):
+        pass  # nobody has it
+    assert client.post("/api/sessions/missale/open").status_code == 200
+
+
+def test_a_session_that_is_damaged_while_it_is_looked_at_is_let_go(client, root):
+    assert client.post("/api/sessions/missale/open", json={"read_only": True}).status_code == 200
+    (root / "missale" / "events.jsonl").chmod(0o600)
+    (root / "missale" / "events.jsonl").write_bytes(b"damaged\n")
+    state = client.get("/api/state").json()
+    assert state["session"] is None
+    assert "damaged" in state["failed"]["text"]
+
+
+def test_a_session_that_the_index_refuses_is_not_left_open(root):
+    def refuse(_session):
+        raise BadInput("the index cannot be used")
+
+    scanner, restorer = GatedScanner(curl_scan()), StandInRestorer()
+    with serving(root, scanner, restorer, enter=refuse) as served, served.client() as browser:
+        assert browser.post("/api/sessions/missale/open").status_code == 422
+        with open_session(root / "missale"):
+            pass

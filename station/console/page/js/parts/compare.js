@@ -1,5 +1,6 @@
 // Before and after: the picture of the scanner laid over the page so that the same words come to lie near each other.
 
+import { keyed } from "../api.js";
 import { h, set } from "../dom.js";
 import { loadModel } from "./model.js";
 import { t } from "../strings.js";
@@ -66,7 +67,7 @@ export class Compare {
     this.following = this.viewer.follower(this.before);
     const { other } = this.following;
     const key = layer === "original" ? `${row.capture}/original` : `${row.restore}/${layer}`;
-    const item = await new Promise((done) => other.addTiledImage({ tileSource: `/api/pictures/${key}.dzi`, width: 1,
+    const item = await new Promise((done) => other.addTiledImage({ tileSource: keyed(`/api/pictures/${key}.dzi`), width: 1,
       success: (event) => done(event.item), error: () => done(null) }));
     if (item && layer === "original") await this.lay(item, row, page);
     this.viewer.moved();

@@ -1,6 +1,6 @@
 // A job of the server: what it does, how far it is, what came out.
 
-import { get, post } from "../api.js";
+import { get, keyed, post } from "../api.js";
 import { button, h, icon } from "../dom.js";
 import { faultText } from "../faults.js";
 import { bytes, number, percent, time } from "../format.js";
@@ -21,7 +21,7 @@ function exported(job, { valid, problems, missing, files, bytes: size, folder })
   const load = async () => {
     const told = await attempt(() => get(`/api/jobs/${job.id}/files`));
     list.replaceChildren(...(told?.files ?? []).map((file) => h("li", {},
-      h("a", { class: "button", href: `/api/jobs/${job.id}/files/${file.n}`, download: file.name.split("/").pop() }, icon("download"),
+      h("a", { class: "button", href: keyed(`/api/jobs/${job.id}/files/${file.n}`), download: file.name.split("/").pop() }, icon("download"),
         h("span", { class: "button-text", text: file.name })), h("span", { class: "soft", text: bytes(file.bytes) }))));
   };
   return [
@@ -45,7 +45,7 @@ function restored(result) {
   const good = typeof result.restored === "number" ? result.restored : (result.restored ?? []).length;
   return [h("p", { class: "validated", "data-level": set ? "amber" : "green" }, icon(set ? "triangle-alert" : "circle-check"),
     h("strong", { text: t("batch.result", { good: number(good), set: number(set) }) })),
-  result.report_url ? h("a", { class: "button", href: result.report_url, target: "_blank" }, icon("download"), h("span", { class: "button-text", text: t("batch.report") })) : null];
+  result.report_url ? h("a", { class: "button", href: keyed(result.report_url), target: "_blank" }, icon("download"), h("span", { class: "button-text", text: t("batch.report") })) : null];
 }
 
 function outcome(job) {

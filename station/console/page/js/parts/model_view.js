@@ -1,6 +1,6 @@
 // The 3D view of a page: what it shows, turning it, and the page falling flat.
 
-import { get } from "../api.js";
+import { get, keyed } from "../api.js";
 import { button, h, icon, placeholder, segmented, set, setIcon, setText } from "../dom.js";
 import { number } from "../format.js";
 import { errorText } from "../notices.js";
@@ -72,7 +72,7 @@ export class ModelView {
 
   async image(model) {
     const image = new Image();
-    image.src = model.texture;
+    image.src = keyed(model.texture);
     await image.decode();
     return image;
   }

@@ -1,5 +1,6 @@
 // The aids of focus and exposure: the preview, what lies out of the depth window over it, histogram and clipping.
 
+import { keyed } from "../api.js";
 import { button, h, icon, placeholder, set } from "../dom.js";
 import { measure, number, percent, time } from "../format.js";
 import { levelIcon } from "./strip.js";
@@ -68,12 +69,12 @@ export function previewPane() {
       element.replaceChildren(placeholder("preview", t("preview.none"), t("preview.none.text"), actionButton("preview")));
       return;
     }
-    const overlay = h("img", { class: "overlay", src: preview.overlay, alt: "", hidden: !aids });
+    const overlay = h("img", { class: "overlay", src: keyed(preview.overlay), alt: "", hidden: !aids });
     const toggle = button(t("preview.aids"), { icon: "focus", click: () => { aids = !aids; show(shown); } });
     set(toggle, "aria-pressed", String(aids));
     element.replaceChildren(
       h("figure", { class: "preview-picture" },
-        h("img", { src: preview.image, width: preview.width, height: preview.height, alt: t("preview.alt", { time: time(preview.time) }) }), overlay),
+        h("img", { src: keyed(preview.image), width: preview.width, height: preview.height, alt: t("preview.alt", { time: time(preview.time) }) }), overlay),
       h("div", { class: "aids" }, histogram(preview), depthGauge(preview),
         h("div", { class: "aid-side" }, sharpness(preview), legend(preview), h("div", { class: "row" }, toggle, actionButton("preview")))));
   };

@@ -1,5 +1,6 @@
 // The strip of pages: only those in sight are elements, so that a thousand scroll as smoothly as ten.
 
+import { keyed } from "../api.js";
 import { h, icon, segmented, set, setIcon, setText } from "../dom.js";
 import { number, pageName, time } from "../format.js";
 import { messageText } from "../notices.js";
@@ -37,7 +38,7 @@ function card() {
     setIcon(level, levelIcon(row.failed ? "red" : row.level));
     mark.classList.toggle("gone", !row.marked);
     done.classList.toggle("gone", !row.accepted);
-    const source = `/api/pictures/${row.restore ?? row.capture}/${row.restore && !row.failed ? "page" : "original"}/thumbnail.jpg`;
+    const source = keyed(`/api/pictures/${row.restore ?? row.capture}/${row.restore && !row.failed ? "page" : "original"}/thumbnail.jpg`);
     if (picture.getAttribute("src") === source) return;
     picture.classList.remove("gone");
     picture.src = source;

@@ -1,5 +1,6 @@
 // The picture of a page, to be zoomed to its pixels: tiles of the server in OpenSeadragon, and an SVG over them.
 
+import { keyed } from "../api.js";
 import { h, setText } from "../dom.js";
 import { number, percent } from "../format.js";
 import { t } from "../strings.js";
@@ -78,7 +79,7 @@ export class PageViewer {
 
   add(key, { opacity = 1 }, index) {
     return new Promise((done) => {
-      this.viewer.addTiledImage({ tileSource: `/api/pictures/${key}.dzi`, opacity, index, width: 1,
+      this.viewer.addTiledImage({ tileSource: keyed(`/api/pictures/${key}.dzi`), opacity, index, width: 1,
         success: ({ item }) => done(item), error: () => done(null) });
     });
   }

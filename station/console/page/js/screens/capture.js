@@ -1,6 +1,7 @@
 // The shoot screen: what the scanner sees, the page that was shot last, its lights and what can be done.
 
 import { actionButton, actionPad } from "../actions.js";
+import { keyed } from "../api.js";
 import { h, icon, placeholder, segmented, set, setText } from "../dom.js";
 import { pageName, percent, time } from "../format.js";
 import { details } from "../parts/details.js";
@@ -28,7 +29,7 @@ function pagePane() {
       return;
     }
     const flat = row.restore && !row.failed;
-    const source = `/api/pictures/${flat ? row.restore : row.capture}/${flat ? "page" : "original"}/full`;
+    const source = keyed(`/api/pictures/${flat ? row.restore : row.capture}/${flat ? "page" : "original"}/full`);
     element.replaceChildren(h("a", { class: "shot-link", href: `#/page/${row.page}` },
       h("img", { src: source, alt: t(flat ? "shot.flat" : "shot.original", { page: pageName(row) }) })), waiting);
   };

@@ -1,6 +1,5 @@
 """The command line explains itself: descriptions, options, values, completion."""
 
-import json
 import os
 import subprocess
 import sys
@@ -76,6 +75,8 @@ def test_the_choices_are_those_of_the_library():
         ("restore a.obj -o out --shading no", "give keep or remove"),
         ("restore a.obj -o out --sheets each", "give auto, separate, largest or together"),
         ("restore a.obj -o out --outputs tif", "give names of tiff, map, mesh"),
+        ("restore a.obj -o out --dpi high", "give a number"),
+        ("restore a.obj -o out --points 1.5", "give a whole number"),
         ("restore a.obj -o out --unit feet", "use one of: mm, cm, m, in"),
         ("export book --to zip -o out", "give bagit, mets, iiif, pdf, tiff or mesh"),
         ("photos a.jpg -o out --scale big", "give card, none, or the page's width"),
@@ -100,15 +101,3 @@ def test_completion_in_bash(words, found):
     start = [sys.executable, "-c", "from station.cli import main; main()"]
     done = subprocess.run(start, env=environment, capture_output=True, text=True, check=False)
     assert found in done.stdout.split()
-
-
-def test_verify_reports_in_json(tmp_path, capsys, monkeypatch):
-    monkeypatch.setenv("PLANISH_INDEX", str(tmp_path / "index.sqlite"))
-    assert main(["session", "new", str(tmp_path / "book"), "--quiet"]) == 0
-    capsys.readouterr()
-    (tmp_path / "book" / "extra.txt").write_text("x")
-    assert main(["verify", str(tmp_path / "book"), "--json"]) == 6
-    (problem,) = json.loads(capsys.readouterr().out)["problems"]
-    assert problem["path"] == "extra.txt"
-    assert main(["reproduce", str(tmp_path / "book"), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {"runs": []}

@@ -1,0 +1,1 @@
+"""Corrections by hand: their format, their checks, and how they change the sheets of a scan."""

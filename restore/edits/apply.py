@@ -1,0 +1,125 @@
+"""Corrections applied to the sheets of a scan, before these are flattened."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from restore.edits.model import PageEdits, PartEdits
+from restore.edits.polygons import checked_polygon, inside_polygon, within_image
+from restore.errors import BadInput, NotEnoughSurface
+from restore.layout.crease import Crease
+from restore.layout.find import Inspected, inspect, untimed
+from restore.layout.finding import BookPrior
+from restore.layout.leaves import Leaves, leaves_of
+from restore.layout.split import range_image_of
+from restore.prepared.separate import SeparateSheet
+from restore.range_image.segmentation.segment import MIN_SHARE
+from restore.runtime.arguments import checks_types
+from restore.scan import Floats, RangeScan, ScannedSheet, SurfaceMesh
+from restore.settings import Settings
+
+SPINE_POINTS = 33  # on the polyline that was drawn
+SPINE_HINT = "give points from head to tail of the page, each below the one before"
+ERASED_HINT = "make the masks smaller, or the outline larger"
+
+
+@checks_types
+def correct_leaves(
+    scan: RangeScan | SurfaceMesh | ScannedSheet,
+    edits: PageEdits,
+    settings: Settings | None = None,
+    *,
+    prior: BookPrior | None = None,
+) -> Leaves:
+    """Find the sheets of a scan that become pages, as corrections by hand have them.
+
+    settings, prior: as for `find_leaves`. Raises BadInput for corrections that do not fit the scan, NotEnoughSurface
+    where they leave too little of a page.
+
+    >>> from drivers.simulated import Curl, shoot
+    >>> scan, truth = shoot(Curl(), mode="fast", page_mm=(200.0, 150.0))
+    >>> list(correct_leaves(scan, PageEdits(layout="whole")).parts)
+    ['page']
+    """
+    return edited_leaves(inspect(scan, settings or Settings(), untimed, prior), edits)
+
+
+def edited_leaves(inspected: Inspected, edits: PageEdits) -> Leaves:
+    """Return the sheets of a scan that become pages, corrected.
+
+    Raises BadInput for corrections that do not fit the scan, NotEnoughSurface where they leave too little of a page.
+    """
+    layout = edits.layout
+    if edits.spine is not None:
+        inspected = replace(inspected, crease=_drawn_spine(inspected, edits.spine))
+        layout = "split" if layout == "auto" else layout
+    leaves = leaves_of(inspected, layout, edits.overlap_mm)
+    unknown = [name for name in edits.parts if name not in leaves.parts]
+    if unknown:
+        parts = ", ".join(leaves.parts)
+        raise BadInput(f"the corrections are of the part {unknown[0]!r}, and the scan gives {parts}", "set its layout")
+    corrected = {name: _corrected(inspected, sheet, edits.part(name)) for name, sheet in leaves.parts.items()}
+    return replace(leaves, parts=corrected)
+
+
+def _drawn_spine(inspected: Inspected, points: tuple[tuple[float, float], ...]) -> Crease:
+    """The spine that was drawn, on the grid of the flattened sheet."""
+    if inspected.flattened is None:
+        raise BadInput("a spine cannot be drawn on this scan", "leave out spine")
+    sheet = inspected.flattened.sheet
+    if sheet.scan.texture is None:
+        raise BadInput("a spine is drawn on the colour image, and the scan has none", "leave out spine")
+    drawn = within_image(np.array(points, float), sheet.scan.texture.shape[:2], "spine")
+    if (np.diff(drawn[:, 1]) <= 0).any() or np.ptp(drawn[:, 0]) > np.ptp(drawn[:, 1]):
+        raise BadInput("spine: its points do not run from head to tail", SPINE_HINT)
+    rows, cols = np.indices(sheet.inside.shape)
+    design = np.column_stack([sheet.pixels.reshape(-1, 2), np.ones(rows.size)])
+    to_grid = np.linalg.lstsq(design, np.column_stack([rows.ravel(), cols.ravel()]))[0]
+    down = np.linspace(drawn[0, 1], drawn[-1, 1], SPINE_POINTS)
+    line = np.column_stack([np.interp(down, drawn[:, 1], drawn[:, 0]), down, np.ones(SPINE_POINTS)])
+    nodes = line @ to_grid
+    at = np.clip(np.rint(nodes).astype(int), 0, np.array(sheet.inside.shape) - 1)
+    if not sheet.inside[at[:, 0], at[:, 1]][1:-1].any():
+        raise BadInput("spine: it does not lie on the page", SPINE_HINT)
+    return Crease(nodes, 0.0)
+
+
+def _corrected(inspected: Inspected, sheet: ScannedSheet, part: PartEdits) -> ScannedSheet:
+    """A sheet with its outline, masks and rotation as they were drawn."""
+    if not isinstance(sheet, SeparateSheet):
+        return sheet
+    if part.outline is None and not part.masks:
+        prepared = sheet.prepared if part.rotate_deg == 0 else None
+        return replace(sheet, prepared=prepared, rotate_deg=part.rotate_deg)
+    of_mesh = sheet.of_mesh or sheet.segmented is None
+    segmented = sheet.segmented or range_image_of(inspected)
+    places, size = _places(segmented.scan)
+    samples, inside = segmented.samples, segmented.inside
+    if part.outline is not None:
+        paper = inside_polygon(checked_polygon(part.outline, size, "outline"), places)
+        if not (paper & segmented.scan.measured).any():
+            raise BadInput("outline: nothing was measured inside it", "draw it round the page")
+        samples, inside = paper & segmented.scan.measured, paper
+    erased = np.zeros(inside.shape, bool)
+    for number, mask in enumerate(part.masks):
+        area = inside_polygon(checked_polygon(mask.polygon, size, f"masks.{number}"), places)
+        if mask.what == "keep":
+            samples, inside = samples | (area & segmented.scan.measured), inside | area
+        else:
+            erased |= area
+    samples = samples & ~erased
+    if min(float(samples.mean()), float(inside.mean())) < MIN_SHARE:
+        raise NotEnoughSurface(f"the corrections leave {samples.mean():.1%} of the image", ERASED_HINT)
+    corrected = replace(segmented, samples=samples, inside=inside)
+    return replace(
+        sheet, segmented=corrected, prepared=None, of_mesh=of_mesh, erased=erased, rotate_deg=part.rotate_deg
+    )
+
+
+def _places(scan: RangeScan) -> tuple[Floats, tuple[int, int]]:
+    """(rows, cols, 2) px where each sample lies in the colour image, and the height and width of that."""
+    if scan.texture is None:
+        raise BadInput("areas are drawn on the colour image, and the scan has none", "leave out outline and masks")
+    return scan.texture_xy, scan.texture.shape[:2]

@@ -1,0 +1,173 @@
+"""The format `planish-edits`: what an operator corrects on a page, anchored in the scan's own image."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from restore.errors import BadInput
+from restore.settings import Settings
+
+FORMAT, VERSION = "planish-edits", 1
+MAX_BYTES = 48 * 1024  # of a file: the web interface takes bodies of 64 KiB
+MAX_POINTS = 2000  # in all: no outline drawn by hand has more
+HINT = "see docs/how-to/opened-books.md for the fields, or restore without it: --no-edits"
+
+Coordinate = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
+Point = tuple[Coordinate, Coordinate]
+Polygon = Annotated[tuple[Point, ...], Field(min_length=3, max_length=200)]
+STRICT = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class Mask(BaseModel):
+    """An area of the image. what: remove a finger, weight or clip; keep paper that was not found."""
+
+    model_config = STRICT
+    what: Literal["remove", "keep"]
+    polygon: Polygon
+
+
+class Crop(BaseModel):
+    """What of a page is shown: to the edge of the paper, so much beyond it, or a box from its upper left corner."""
+
+    model_config = STRICT
+    mode: Literal["paper", "margin", "box"] = "paper"
+    margin_mm: Annotated[float, Field(ge=0, le=100)] = 0.0
+    box: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None
+
+    @model_validator(mode="after")
+    def _has_a_box(self) -> Self:
+        if self.mode == "box" and (self.box is None or self.box[0] >= self.box[2] or self.box[1] >= self.box[3]):
+            raise ValueError("a box is [left, top, right, bottom] in mm, with left < right and top < bottom")
+        return self
+
+
+class PartEdits(BaseModel):
+    """The corrections of one part of a scan.
+
+    outline     the paper's edge; None as found. masks: areas to remove or keep.
+    turn        quarters clockwise. rotate_deg: clockwise, on top of them.
+    settings    a subset of `Settings` for this part. label: of loose scans.
+
+    >>> PartEdits(turn=1, settings={"dpi": 300}).settings_of(Settings()).dpi
+    300.0
+    """
+
+    model_config = STRICT
+    outline: Polygon | None = None
+    masks: Annotated[tuple[Mask, ...], Field(max_length=50)] = ()
+    turn: Annotated[int, Field(ge=0, le=3)] = 0
+    rotate_deg: Annotated[float, Field(ge=-45, le=45)] = 0.0
+    crop: Crop = Crop()
+    size_mm: tuple[Annotated[float, Field(gt=0, le=3000)], Annotated[float, Field(gt=0, le=3000)]] | None = None
+    settings: dict[str, Any] = {}
+    label: Annotated[str, Field(max_length=80)] = ""
+
+    @field_validator("settings")
+    @classmethod
+    def _are_settings(cls, settings: dict[str, Any]) -> dict[str, Any]:
+        Settings.model_validate(settings)
+        return settings
+
+    def settings_of(self, settings: Settings) -> Settings:
+        """Settings with those of this part in place of their own."""
+        return Settings.model_validate({**settings.model_dump(), **self.settings}) if self.settings else settings
+
+
+class By(BaseModel):
+    """Who made the corrections, with which tool, and which restoration was shown."""
+
+    model_config = STRICT
+    operator: Annotated[str, Field(max_length=80)] = ""
+    tool: Annotated[str, Field(max_length=40)] = ""
+    saw: int | None = None
+
+
+class PageEdits(BaseModel):
+    """The corrections of one capture.
+
+    scan        `sha512:…` of the file that they were made on; None for any.
+    layout      auto, split, whole, left or right; the last two keep that leaf only.
+    spine       points from head to tail in pixels of the image; None as found.
+    overlap_mm  of the facing page, kept next to the spine.
+    parts       `page`, `left`, `right` → their corrections.
+
+    >>> PageEdits(layout="whole").canonical()[:33]
+    b'{"by":{"operator":"","saw":null,"'
+    """
+
+    model_config = STRICT
+    format: Literal["planish-edits"] = "planish-edits"
+    version: Literal[1] = 1
+    scan: Annotated[str, Field(pattern=r"^sha512:[0-9a-f]{128}$")] | None = None
+    frame: Literal["picture"] = "picture"
+    kind: Literal["leaf", "spread", "plate", "cover", "foldout", "insert", "target", "blank"] | None = None
+    layout: Literal["auto", "split", "whole", "left", "right"] = "auto"
+    spine: Annotated[tuple[Point, ...], Field(min_length=2, max_length=16)] | None = None
+    overlap_mm: Annotated[float, Field(ge=0, le=10)] = 1.0
+    parts: Mapping[Literal["page", "left", "right"], PartEdits] = {}
+    note: Annotated[str, Field(max_length=2000)] = ""
+    by: By = By()
+
+    @model_validator(mode="after")
+    def _is_of_limited_size(self) -> Self:
+        count = sum(
+            len(part.outline or ()) + sum(len(mask.polygon) for mask in part.masks) for part in self.parts.values()
+        )
+        if count > MAX_POINTS:
+            raise ValueError(f"{count} points are more than {MAX_POINTS}")
+        return self
+
+    def canonical(self) -> bytes:
+        """The corrections as JSON with sorted keys and points to a hundredth: equal ones have equal bytes."""
+        return json.dumps(_rounded(self.model_dump(mode="json")), sort_keys=True, separators=(",", ":")).encode()
+
+    def part(self, name: str) -> PartEdits:
+        """The corrections of a part; none for one that has none."""
+        return dict(self.parts).get(name, PartEdits())  # type: ignore[call-overload]
+
+
+def _rounded(value: Any) -> Any:
+    match value:
+        case bool() | int() | str() | None:
+            return value
+        case float():
+            return round(value, 2) + 0.0
+        case dict():
+            return {key: _rounded(item) for key, item in value.items()}
+        case _:
+            return [_rounded(item) for item in value]
+
+
+def parse_edits(data: bytes, name: str) -> PageEdits:
+    """Read corrections from JSON. name: of their file, for messages.
+
+    Raises BadInput that names the field.
+
+    >>> parse_edits(b'{"layout": "split"}', "book.edits.json").layout
+    'split'
+    """
+    if len(data) > MAX_BYTES:
+        raise BadInput(f"{name}: {len(data)} bytes are more than {MAX_BYTES}", HINT)
+    try:
+        table = json.loads(data, parse_constant=_refuse_constant)
+    except RecursionError as error:
+        raise BadInput(f"{name}: its values are nested too deeply", HINT) from error
+    except ValueError as error:
+        raise BadInput(f"{name} is not JSON: {error}", HINT) from error
+    version = table.get("version") if isinstance(table, dict) else None
+    if isinstance(version, int) and version > VERSION:
+        raise BadInput(f"{name}: version {version} was made by a newer Planish", "update Planish to read it")
+    try:
+        return PageEdits.model_validate_json(data)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(map(str, first["loc"])) or "it"
+        raise BadInput(f"{name}: {where}: {first['msg']}", HINT) from error
+
+
+def _refuse_constant(text: str) -> float:
+    raise ValueError(f"{text} is not a number")

@@ -1,0 +1,103 @@
+"""Place the spine within a sample: where the surfaces left and right of it meet in each row of the range image."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from restore.numerics.lines import theil_sen
+from restore.numerics.robust import robust_sigma
+from restore.range_image.facets.sheet import Sheet
+from restore.scan import Floats, Ints
+
+BESIDE = 2  # samples on either side of the crease that its facet may have mixed
+SPAN = 7  # samples of each wall that a parabola is fitted to, the width of a facet
+MAX_MOVE = 5.0  # samples from the first place: two of a facet's half widths, and the rounding of that place
+INDEPENDENT = 7  # rows that share their samples, as facets average so many
+HIDDEN = 12  # samples on either side in which the measured walls begin
+MIN_ROWS = 10  # that a line is fitted to
+OUTLIER_SIGMAS = 4.0
+HALVED = 0.5  # of the residual of a line: a bend that takes less is not one
+
+
+class Crease(NamedTuple):
+    """nodes: (n, 2) grid positions from head to tail; sigma: standard deviation of its place, samples."""
+
+    nodes: Floats
+    sigma: float
+
+
+def place_crease(sheet: Sheet, rows: Floats, cols: Floats) -> Crease | None:
+    """Return the line in which two walls meet near grid positions rows (n,), cols (n,); None where they do not.
+
+    In each row the inverse depth of either wall is continued by a parabola, and the two cross within a sample. A fold
+    that is straight in space is straight in the image, so a line is fitted to all crossings, or a parabola if that
+    halves the residual.
+    """
+    row = np.unique(np.rint(rows).astype(int))
+    row = row[(row >= 0) & (row < sheet.inside.shape[0])]
+    first = np.interp(row, rows, cols)
+    found = _crossings(sheet, row, first)
+    known = np.isfinite(found)
+    if known.sum() < MIN_ROWS:
+        return None
+    line = _fit(row[known].astype(float), found[known])
+    ends = np.linspace(row[known][0], row[known][-1], 9)
+    hidden = _hidden(sheet, row[known], line.at(row[known]))
+    return Crease(np.column_stack([ends, line.at(ends)]), float(np.hypot(line.sigma, hidden / np.sqrt(12.0))))
+
+
+def _hidden(sheet: Sheet, row: Ints, col: Floats) -> float:
+    """Samples at the crease that gave no range, in the median of rows (n,): it may be anywhere among them."""
+    reach = np.arange(-HIDDEN, HIDDEN + 1)
+    at = np.clip(np.rint(col).astype(int)[:, None] + reach, 0, sheet.measured.shape[1] - 1)
+    measured = sheet.measured[row[:, None], at]
+    left, right = (np.argmax(measured[:, side], axis=1) for side in (slice(HIDDEN, None, -1), slice(HIDDEN, None)))
+    return max(float(np.median(left + right)) - 1.0, 0.0)
+
+
+class _Line(NamedTuple):
+    coefficients: Floats
+    sigma: float
+
+    def at(self, row: Floats) -> Floats:
+        return np.asarray(np.polyval(self.coefficients, row))
+
+
+def _fit(row: Floats, col: Floats) -> _Line:
+    slope, offset = theil_sen(row, col)
+    residual = col - slope * row - offset
+    near = np.abs(residual) <= OUTLIER_SIGMAS * max(robust_sigma(residual), 1e-3)
+    line, curve = (np.polyfit(row[near], col[near], degree) for degree in (1, 2))
+    rms, bent = (float(np.sqrt(np.mean((col[near] - np.polyval(fit, row[near])) ** 2))) for fit in (line, curve))
+    chosen, spread = (curve, bent) if bent < HALVED * rms else (line, rms)
+    return _Line(np.asarray(chosen), spread / np.sqrt(max(near.sum() / INDEPENDENT, 1.0)))
+
+
+def _crossings(sheet: Sheet, row: Ints, first: Floats) -> Floats:
+    """(n,) columns in which both walls cross in rows (n,), near columns (n,); NaN where they do not."""
+    depth = sheet.planes[..., 0]
+    middle = np.rint(first).astype(int)
+    steps = BESIDE + np.arange(SPAN)
+    walls = []
+    for sign in (-1, 1):
+        at = middle[:, None] + sign * steps
+        inside = (at >= 0) & (at < depth.shape[1])
+        value = depth[row[:, None], np.clip(at, 0, depth.shape[1] - 1)]
+        inside &= sheet.inside[row[:, None], np.clip(at, 0, depth.shape[1] - 1)]
+        value = np.where(inside.all(axis=1)[:, None], value, np.nan)
+        walls.append(_parabolas(sign * steps.astype(float), value))
+    a, b, c = (walls[1] - walls[0]).T
+    with np.errstate(invalid="ignore", divide="ignore"):
+        root = np.sqrt(b * b - 4 * a * c)
+        roots = np.stack([2 * c / (-b - root), 2 * c / (-b + root)])
+    roots = np.where(np.abs(roots) <= MAX_MOVE, roots, np.nan)
+    at_first = np.where(np.isfinite(roots), np.abs(roots), np.inf).argmin(axis=0)
+    return middle + roots[at_first, np.arange(len(row))]
+
+
+def _parabolas(at: Floats, values: Floats) -> Floats:
+    """(n, 3) coefficients, the highest power first, of parabolas through values (n, k) at places (k,)."""
+    fit = np.linalg.pinv(np.vander(at, 3))
+    return np.asarray(values @ fit.T)

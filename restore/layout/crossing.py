@@ -1,0 +1,105 @@
+"""Print that runs over a spine: a picture or a line of text across an opening, which must not be cut.
+
+The light in a gutter changes across it and hardly along it. Print changes along it, too, or has another colour than the
+paper; it runs over the spine where it does so on both sides at the same height.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.mesh.triangulate import compact
+from restore.page import FlatMesh
+from restore.scan import Bytes, Floats, Mask
+from restore.texture.page import MM_PER_INCH, page_map
+
+DPI = 150.0  # finer than the scanner's own picture
+REACH_MM = 3.0  # on either side of the spine: the narrowest margin of a book is wider
+MIDDLE_MM = 0.6  # on either side that shows neither page: the fold itself, and its place is uncertain
+MARGIN_MM = 4.0  # at head and tail, where the page ends
+BLUR_PX = 1.0  # against the noise of the picture
+STEP = 0.02  # change from row to row, of the local level, that print makes and noise does not
+LEVEL_MM = 4.0  # of the height over which the level is averaged
+DARKEST = 12.0  # grey levels: below, the noise is as large as what print leaves
+COLOUR = 0.06  # of the share of one channel: more than the tint that the walls of a gutter throw on each other
+BRIGHT = 0.5  # quantile of the page's brightness above which it is paper
+
+
+def print_over_spine(fine: FlatMesh, place: Floats) -> float | None:
+    """Return the fraction of the height at which print runs over a spine; None without a picture.
+
+    place: (n, 2) mm on the flat page from its upper left corner, x right, y down, from head to tail.
+    """
+    if fine.texture is None or fine.texcoords is None:
+        return None
+    strip, across = _strip(fine, place)
+    if strip is None:
+        return None
+    known = np.isfinite(strip[..., 0])
+    left, right = (known & (sign * across > MIDDLE_MM) for sign in (-1, 1))
+    picture = cv2.remap(fine.texture, np.nan_to_num(strip), None, cv2.INTER_LINEAR)
+    paper = _paper_colour(fine)
+    printed = [_steps(picture, side) | _coloured(picture, side, paper) for side in (left, right)]
+    seen: Mask = np.asarray(left.any(axis=1) & right.any(axis=1))
+    margin = round(MARGIN_MM * DPI / MM_PER_INCH)
+    seen[:margin] = seen[len(seen) - margin :] = False
+    return float((printed[0] & printed[1] & seen).sum() / max(seen.sum(), 1))
+
+
+def _strip(fine: FlatMesh, place: Floats) -> tuple[NDArray[np.float32] | None, Floats]:
+    """(h, w, 2) texture pixels of a strip along the spine, made straight; (w,) mm from the spine. None off the page."""
+    corner = np.array([fine.flat[:, 0].min(), fine.flat[:, 1].max()])
+    down = corner[1] - fine.flat[:, 1]
+    beside = fine.flat[:, 0] - corner[0] - np.interp(down, place[:, 1], place[:, 0])
+    corners = beside[fine.faces]
+    faces = fine.faces[(corners.min(axis=1) <= REACH_MM) & (corners.max(axis=1) >= -REACH_MM)]
+    if len(faces) == 0:
+        return None, np.empty(0)
+    used, faces = compact(np.arange(len(beside)), faces)
+    assert fine.texcoords is not None
+    flat = np.column_stack([beside[used], -down[used]])
+    strip = page_map(flat, faces, fine.texcoords[used], DPI)
+    across = flat[:, 0].min() + (np.arange(strip.shape[1]) + 0.5) * MM_PER_INCH / DPI
+    kept = np.abs(across) <= REACH_MM
+    return np.ascontiguousarray(strip[:, kept]), across[kept]
+
+
+def _steps(picture: Bytes, side: Mask) -> Mask:
+    """(h,) True where a side (h, w) of a strip (h, w, 3) changes from row to row by more than noise does."""
+    grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    change = np.abs(cv2.Sobel(cv2.GaussianBlur(grey, (0, 0), BLUR_PX), cv2.CV_32F, 0, 1, ksize=3)) / 8
+    rows = int(LEVEL_MM * DPI / MM_PER_INCH) | 1
+    level = cv2.blur(np.where(side, grey, 0.0), (1, rows)) / np.maximum(
+        cv2.blur(side.astype(np.float64), (1, rows)), 1e-6
+    )
+    relative = np.where(side, change / np.maximum(level, DARKEST), np.nan)
+    return _quantile(relative) > STEP
+
+
+def _coloured(picture: Bytes, side: Mask, paper: Floats) -> Mask:
+    """(h,) True where a side (h, w) of a strip (h, w, 3) has another colour than paper (3,), brightness apart."""
+    values = picture.astype(float)
+    total = values.sum(axis=2)
+    away = np.abs(values / np.maximum(total, 1.0)[..., None] - paper).max(axis=2)
+    return _quantile(np.where(side & (total > 3 * DARKEST), away, np.nan)) > COLOUR
+
+
+def _quantile(values: Floats) -> Floats:
+    """(h,): the value that a tenth of each row (h, w) exceeds, 0 for a row without."""
+    known = np.isfinite(values).any(axis=1)
+    result = np.zeros(len(values))
+    result[known] = np.nanpercentile(values[known], 90, axis=1)
+    return result
+
+
+def _paper_colour(fine: FlatMesh) -> Floats:
+    """(3,) share of each channel in the brighter half of the page."""
+    assert fine.texture is not None and fine.texcoords is not None
+    x, y = np.rint(fine.texcoords).astype(int).T
+    height, width = fine.texture.shape[:2]
+    colours = fine.texture[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)].astype(float)
+    total = colours.sum(axis=1)
+    bright = colours[total >= np.quantile(total, BRIGHT)]
+    return np.asarray(np.median(bright / np.maximum(bright.sum(axis=1), 1.0)[:, None], axis=0))

@@ -1,0 +1,79 @@
+"""Whether a valley is a spine, and what to do with the page."""
+
+from __future__ import annotations
+
+from restore.layout.finding import Advice, BookPrior, IsSpine, LayoutFinding
+from restore.layout.spine import Spine
+
+VALLEY_DEG = -15.0  # turn of a gutter, at most; of a page that lies bent for another reason it is less
+SHALLOW_DEG = -8.0  # of a book that lies flat: a valley, and not to be known from a wave
+ARCH_DEG = 1.0  # by which the pages of a book arch back next to it; a folded card is flat there to 0.1
+SPRUNG_DEG = -0.8  # a wave, or the panels of a card that springs open, bend the other way there
+BANDS = 0.9  # of the height: a spine runs from head to tail
+LEAN_DEG = 2.5  # a spine is parallel to the sides of the page, as far as a binder cuts at right angles
+SIGMA_MM = 1.0  # a cut that is placed worse may take letters
+OTHER = (
+    0.35  # of the valley: another valley or ridge of so much is one of the creases of a map, letter or crumpled page
+)
+NO_PRINT, PRINT = 0.002, 0.02  # of the height: between them it is not clear whether print runs over the spine
+STRIP_OF_LEAF = 0.35  # of a leaf of the volume: less is a strip of the facing page
+STRIP_OF_WHOLE = 0.2  # of the whole, where the size of a leaf is not known
+
+
+def decide(
+    spine: Spine | None, crossing: float | None, widths_mm: tuple[float, float] | None, prior: BookPrior | None
+) -> LayoutFinding:
+    """The finding on a spine, over which print runs along a fraction of its height, with widths left and right."""
+    if spine is None or widths_mm is None:
+        return LayoutFinding("whole", "no", None, reasons=("the surface has no valley from head to tail",))
+    is_spine, reason = _is_spine(spine)
+    advice, because = _advice(is_spine, crossing, widths_mm, prior)
+    return LayoutFinding(
+        advice,
+        is_spine,
+        spine.place,
+        "page",
+        spine.sigma_mm,
+        spine.turn_deg,
+        spine.beyond_deg,
+        spine.bands,
+        crossing,
+        widths_mm,
+        reasons=tuple(one for one in (because, reason) if one),
+    )
+
+
+def _is_spine(spine: Spine) -> tuple[IsSpine, str]:
+    doubts = {
+        f"the valley turns by {-spine.turn_deg:.0f}° only": spine.turn_deg > VALLEY_DEG,
+        f"the pages arch back by {spine.beyond_deg:.1f}° only": spine.beyond_deg < ARCH_DEG,
+        f"the valley runs along {spine.bands:.0%} of the height only": spine.bands < BANDS,
+        f"the valley leans by {spine.lean_deg:.1f}°": abs(spine.lean_deg) > LEAN_DEG,
+        f"its place is known to {spine.sigma_mm:.1f} mm only": spine.sigma_mm > SIGMA_MM,
+    }
+    doubt = next((reason for reason, holds in doubts.items() if holds), "")
+    if spine.turn_deg > SHALLOW_DEG or spine.beyond_deg < SPRUNG_DEG:
+        return "no", doubt
+    if spine.other_deg > OTHER * -spine.turn_deg:
+        return "no", f"another crease turns by {spine.other_deg:.0f}°"
+    if doubt:
+        return "unsure", doubt
+    return "sure", f"the valley turns by {-spine.turn_deg:.0f}° and the pages arch back by {spine.beyond_deg:.1f}°"
+
+
+def _advice(
+    is_spine: IsSpine, crossing: float | None, widths_mm: tuple[float, float], prior: BookPrior | None
+) -> tuple[Advice, str]:
+    if is_spine == "no":
+        return "whole", ""
+    if crossing is not None and crossing > PRINT:
+        return "whole", f"print runs over the spine along {crossing:.1%} of its height"
+    if is_spine == "unsure":
+        return "ask", ""
+    left, right = widths_mm
+    strip = STRIP_OF_WHOLE * (left + right) if prior is None else STRIP_OF_LEAF * prior.leaf_mm[0]
+    if min(widths_mm) < strip:
+        return ("left" if left > right else "right"), f"the facing page is a strip of {min(widths_mm):.0f} mm"
+    if crossing is not None and crossing > NO_PRINT:
+        return "ask", f"print may run over the spine: along {crossing:.1%} of its height"
+    return "split", ""

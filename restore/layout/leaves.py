@@ -1,0 +1,111 @@
+"""The sheets of a scan that become pages, by its layout: one page, or two leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from restore.errors import BadInput
+from restore.findings import Finding
+from restore.layout.decide import PRINT
+from restore.layout.find import Inspected, inspect, untimed
+from restore.layout.finding import Advice, BookPrior, LayoutFinding
+from restore.layout.split import OVERLAP_MM, split_at_crease
+from restore.runtime.arguments import checks_types
+from restore.scan import RangeScan, ScannedSheet, SurfaceMesh
+from restore.settings import Settings
+
+Layout = Literal["auto", "split", "whole", "left", "right"]
+FORCED_OVERLAP_MM = 3.0  # of a split through print: what is cut is whole on one of the leaves
+
+
+@dataclass(frozen=True, eq=False)
+class Leaves:
+    """The sheets of a scan that become pages.
+
+    finding   its layout, as it was found.
+    parts     `left`, `right` or `page` → the sheet, in this order.
+    findings  what is to be reported of the layout.
+    left_out  further sheets of the scan.
+    """
+
+    finding: LayoutFinding
+    parts: Mapping[str, ScannedSheet]
+    findings: tuple[Finding, ...] = ()
+    left_out: tuple[ScannedSheet, ...] = ()
+
+    def fields(self, part: str) -> dict[str, Any]:
+        """The fields of the report of a part."""
+        return {"part": part, "layout": self.finding.as_json()}
+
+
+@checks_types
+def find_leaves(
+    scan: RangeScan | SurfaceMesh | ScannedSheet,
+    layout: Layout = "auto",
+    settings: Settings | None = None,
+    *,
+    prior: BookPrior | None = None,
+    overlap_mm: float = OVERLAP_MM,
+) -> Leaves:
+    """Find the sheets of a scan that become pages, by its layout.
+
+    layout: auto as `find_layout` advises, and the whole where it asks; split, left, right: at the valley that was
+    found, whatever it is; whole: the largest sheet. settings: those with which the sheets will be restored.
+    prior: as for `find_layout`. overlap_mm: of the facing page that a leaf keeps next to the spine.
+    Raises NotEnoughSurface without a page, BadInput for a split without a valley.
+
+    >>> from drivers.simulated import Curl, shoot
+    >>> leaves = find_leaves(shoot(Curl(), mode="fast", page_mm=(200.0, 150.0))[0])
+    >>> leaves.finding.advice, list(leaves.parts)
+    ('whole', ['page'])
+    """
+    return leaves_of(inspect(scan, settings or Settings(), untimed, prior), layout, overlap_mm)
+
+
+def leaves_of(inspected: Inspected, layout: Layout, overlap_mm: float = OVERLAP_MM) -> Leaves:
+    """The sheets that become pages of a scan whose layout was found; arguments and errors as of `find_leaves`."""
+    finding = inspected.finding
+    advice: Advice = finding.advice if layout == "auto" else layout
+    if finding.gutter_hidden_mm:
+        leaves: dict[str, ScannedSheet] = {sheet.part: sheet for sheet in inspected.sheets if sheet.part}
+        if advice == "whole":
+            raise BadInput("the gutter gave no range, so the leaves are two sheets", "use --layout split")
+        found = Leaves(finding, leaves if advice == "split" else {advice: leaves[advice]})
+    elif advice in ("whole", "ask"):
+        found = _whole(inspected, () if layout == "whole" else _notes(finding))
+    else:
+        found = _split(inspected, advice, overlap_mm)
+    others = tuple(sheet for sheet in inspected.sheets if not sheet.part and len(inspected.sheets) > 1)
+    largest = max(others, key=lambda sheet: sheet.size, default=None)
+    return replace(found, left_out=tuple(sheet for sheet in others if finding.gutter_hidden_mm or sheet is not largest))
+
+
+def _whole(inspected: Inspected, findings: tuple[Finding, ...]) -> Leaves:
+    assert inspected.largest is not None
+    return Leaves(inspected.finding, {"page": inspected.largest}, findings)
+
+
+def _split(inspected: Inspected, advice: Advice, overlap_mm: float) -> Leaves:
+    finding = inspected.finding
+    crosses = finding.crossing is not None and finding.crossing > PRINT
+    overlap = max(overlap_mm, FORCED_OVERLAP_MM) if crosses else overlap_mm
+    parts: Mapping[str, ScannedSheet] = split_at_crease(inspected, overlap)
+    if advice != "split":
+        strip = min(finding.widths_mm or (0.0,))
+        return Leaves(finding, {advice: parts[advice]}, (Finding.of("facing_strip", width_mm=strip),))
+    if not crosses:
+        return Leaves(finding, parts)
+    assert inspected.largest is not None
+    found = Finding.of("print_cut", finding.crossing, overlap_mm=overlap)
+    return Leaves(finding, {**parts, "page": inspected.largest}, (found,))
+
+
+def _notes(finding: LayoutFinding) -> tuple[Finding, ...]:
+    """What is to be reported of a scan that is restored whole."""
+    if finding.advice == "ask":
+        return (Finding.of("layout_unsure", reason=finding.reasons[0]),)
+    if finding.is_spine != "no" and finding.crossing is not None and finding.crossing > PRINT:
+        return (Finding.of("print_over_spine", finding.crossing),)
+    return ()

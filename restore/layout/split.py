@@ -1,0 +1,106 @@
+"""Split the samples of an opened book at its spine: each leaf is a sheet by itself."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from restore.errors import BadInput
+from restore.layout.crease import Crease
+from restore.layout.find import Inspected
+from restore.layout.flattened import FlattenedSheet
+from restore.mesh.raster import rasterise
+from restore.prepared.separate import LeafSpine, SeparateSheet
+from restore.range_image.facets.sheet import Sheet
+from restore.range_image.segmentation.segment import SegmentedScan
+from restore.scan import Floats, Mask, Part
+
+OVERLAP_MM = (
+    1.0  # of the facing page that each leaf keeps: no letter is lost where the spine is placed to a third of it
+)
+SIGMAS = 3.0  # of the place of the spine, that are kept at least
+
+
+def split_at_crease(inspected: Inspected, overlap_mm: float = OVERLAP_MM) -> dict[str, SeparateSheet]:
+    """Return the leaves left and right of the spine of a sheet, each with a strip of the other next to the spine.
+
+    Raises BadInput where no valley was found, or for a mesh that no single view shows.
+    """
+    crease, flattened = inspected.crease, inspected.flattened
+    if flattened is None or crease is None:
+        raise BadInput("the scan has no valley at which it could be split", "restore it whole: --layout whole")
+    whole = inspected.largest
+    of_mesh = not isinstance(whole, SeparateSheet) or whole.segmented is None
+    segmented = range_image_of(inspected)
+    cols = _cols_on(segmented, flattened.sheet, crease)
+    beyond = _distance(segmented, flattened, cols)
+    overlap = max(overlap_mm, SIGMAS * (inspected.finding.sigma_mm or 0.0))
+    past = np.arange(segmented.inside.shape[1]) - cols[:, None]
+    sides: dict[Part, tuple[Mask, float]] = {"left": (past <= 0, overlap), "right": (past >= 0, -overlap)}
+    parts: dict[str, SeparateSheet] = {}
+    for side, (kept, distance) in sides.items():
+        leaf = replace(segmented, samples=segmented.samples & kept, inside=segmented.inside & kept)
+        spine = LeafSpine(cols, _cols_at(beyond, distance, cols), overlap)
+        size = float(leaf.samples.sum())
+        parts[side] = SeparateSheet(segmented.scan, size, leaf, spine=spine, of_mesh=of_mesh, part=side)
+    return parts
+
+
+def range_image_of(inspected: Inspected) -> SegmentedScan:
+    """The range image in which the largest sheet of a scan lies: the scanner's own, or the view of a mesh.
+
+    Raises BadInput for a mesh that no single view shows.
+    """
+    whole = inspected.largest
+    if isinstance(whole, SeparateSheet) and whole.segmented is not None:
+        return whole.segmented
+    if inspected.flattened is None:
+        raise BadInput("no single view shows this mesh", "restore it whole: --layout whole")
+    sheet = inspected.flattened.sheet
+    scan = replace(sheet.scan, texture_xy=sheet.pixels)
+    return SegmentedScan(scan, sheet.rays, sheet.measured, sheet.inside)
+
+
+def _cols_on(segmented: SegmentedScan, sheet: Sheet, crease: Crease) -> Floats:
+    """(rows,) column of the crease of a sheet in each row of the range image that it was cut out of."""
+    down, right = _offset(segmented, sheet)
+    rows = np.arange(segmented.inside.shape[0])
+    row, col = crease.nodes.T + [[down], [right]]
+    ends = [(col[1] - col[0]) / (row[1] - row[0]), (col[-1] - col[-2]) / (row[-1] - row[-2])]
+    before, after = col[0] + ends[0] * (rows - row[0]), col[-1] + ends[1] * (rows - row[-1])
+    return np.where(rows < row[0], before, np.where(rows > row[-1], after, np.interp(rows, row, col)))
+
+
+def _distance(segmented: SegmentedScan, flattened: FlattenedSheet, cols: Floats) -> Floats:
+    """(rows, cols) mm on the paper from a spine at columns (rows,), negative left of it; ±inf off the flat page."""
+    page = flattened.unrolled
+    down, right = _offset(segmented, flattened.sheet)
+    height, width = segmented.inside.shape
+    nodes = np.ascontiguousarray(page.nodes[:, ::-1] + [right, down])
+    across = rasterise(nodes, page.fine.faces, page.fine.flat, height, width)[..., 0].astype(float)
+    rows = np.arange(height)
+    first = np.clip(np.floor(cols).astype(int), 0, width - 2)
+    low, high = across[rows, first], across[rows, first + 1]
+    spine = low + (high - low) * (cols - first)
+    known = np.isfinite(spine)
+    spine = np.interp(rows, rows[known], spine[known])
+    off_page = np.where(np.arange(width) < cols[:, None], -np.inf, np.inf)
+    return np.where(np.isfinite(across), across - spine[:, None], off_page)
+
+
+def _cols_at(beyond: Floats, distance: float, cols: Floats) -> Floats:
+    """(rows,) columns at a distance of mm from the spine, of distances (rows, cols); as in other rows where unknown."""
+    found = np.full(len(cols), np.nan)
+    for row, values in enumerate(beyond):
+        known = np.flatnonzero(np.isfinite(values))
+        if len(known) > 1 and values[known[0]] <= distance <= values[known[-1]]:
+            found[row] = np.interp(distance, values[known], known)
+    past = found - cols
+    return cols + np.where(np.isfinite(past), past, np.nanmedian(past))
+
+
+def _offset(segmented: SegmentedScan, sheet: Sheet) -> tuple[float, float]:
+    """Rows and columns by which the grid of a sheet starts after that of the range image."""
+    rays = segmented.rays
+    return (sheet.rays.y0 - rays.y0) / rays.dy, (sheet.rays.x0 - rays.x0) / rays.dx

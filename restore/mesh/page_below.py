@@ -1,0 +1,97 @@
+"""A strip of the page below, seen beyond the edge of an open book's upper page: cut off at the step between them.
+
+A scanner has no samples on the step, which it sees edge-on: the mesh bridges it by a single row of faces.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from restore.findings import Finding
+from restore.mesh.adjacency import components
+from restore.mesh.clean import select
+from restore.mesh.measures import face_normals, vertex_normals
+from restore.mesh.validate import ValidMesh, validated
+from restore.numerics.limits import TINY
+from restore.scan import Floats, Ints, Mask
+
+CREASED = np.sqrt(0.5)  # cosine between the normals of faces at a step: 45° and more, at its top and at its foot
+MAX_STRIP = 0.15  # of the surface: more is a page of its own, or a part of this one
+MIN_STRIP = 0.002  # of it: less is noise, and no word
+MOSTLY = 0.5
+
+
+def without_page_below(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
+    """The mesh without strips that are lower than the page, behind a step of one row of faces, and findings.
+
+    The wall of a fold is a part of the page: a mesh that resolves it has vertices within it, and it is not cut.
+    """
+    bridges = _bridges(mesh)
+    lengths = np.linalg.norm(mesh.normals, axis=1)
+    if not bridges.any() or lengths[bridges].sum() > MAX_STRIP * lengths.sum():
+        return mesh, []
+    piece = _pieces_without(mesh, bridges)
+    sizes = np.bincount(piece[~bridges], lengths[~bridges], minlength=piece.max() + 1) / lengths.sum()
+    page, strips = int(sizes.argmax()), np.flatnonzero((sizes > MIN_STRIP) & (sizes < MAX_STRIP))
+    of_vertex = np.full(len(mesh.vertices), -1)
+    of_vertex[mesh.faces[~bridges]] = piece[~bridges][:, None]
+    drops = {int(strip): _drop(mesh, mesh.faces[bridges], of_vertex, page, int(strip)) for strip in strips}
+    below = [strip for strip, drop in drops.items() if drop > 0.0]
+    if not below:
+        return mesh, []
+    cut = np.isin(of_vertex, below)[mesh.faces].any(axis=1)
+    share, step = float(lengths[cut].sum() / lengths.sum()), max(drops[strip] for strip in below)
+    return validated(select(mesh, mesh.faces[~cut])), [Finding.of("page_below", share, step_mm=step)]
+
+
+def _bridges(mesh: ValidMesh) -> Mask:
+    """(m,) the faces between two creases: each of their corners is on one."""
+    sides, is_inner = mesh.topology.sides, mesh.topology.face_counts == 2
+    first = sides.first[:-1][is_inner]
+    one, other = sides.at[first] // 3, sides.at[first + 1] // 3
+    unit = _unit(mesh.normals)
+    creased = np.einsum("ij,ij->i", unit[one], unit[other]) < CREASED
+    on_crease = np.zeros(len(mesh.vertices), bool)
+    on_crease[sides.edges[is_inner][creased]] = True
+    return np.asarray(on_crease[mesh.faces].all(axis=1))
+
+
+def _pieces_without(mesh: ValidMesh, bridges: Mask) -> Ints:
+    """(m,) the connected piece of each face, where the bridges hold nothing together."""
+    ends = mesh.faces[~bridges]
+    edges = np.concatenate([ends[:, [0, 1]], ends[:, [1, 2]]])
+    return components(edges, len(mesh.vertices))[mesh.faces[:, 0]]
+
+
+def _drop(mesh: ValidMesh, bridges: Ints, of_vertex: Ints, page: int, strip: int) -> float:
+    """By how many mm a strip is lower than the page beyond its bridges (k, 3), both level there; 0 if it is not."""
+    piece = of_vertex[bridges]
+    across = bridges[(piece == page).any(axis=1) & (piece == strip).any(axis=1)]
+    if not len(across):
+        return 0.0
+    tops, feet = (of_vertex[across] == which for which in (page, strip))
+    above, below = (
+        _unit(_means(_normals_of(mesh, of_vertex, which), across, chosen))
+        for which, chosen in ((page, tops), (strip, feet))
+    )
+    way = _means(mesh.vertices, across, feet) - _means(mesh.vertices, across, tops)
+    down = -np.einsum("ij,ij->i", way, above)
+    walls = _unit(face_normals(mesh.vertices, across))
+    steep = np.abs(np.einsum("ij,ij->i", walls, above)) < CREASED
+    parallel = np.einsum("ij,ij->i", above, below) > CREASED
+    return float(np.median(down)) if float((steep & parallel & (down > 0.0)).mean()) > MOSTLY else 0.0
+
+
+def _unit(vectors: Floats) -> Floats:
+    """(k, 3) vectors of length 1, or 0."""
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1), TINY)[:, None])
+
+
+def _normals_of(mesh: ValidMesh, of_vertex: Ints, piece: int) -> Floats:
+    """(n, 3) normals of the vertices of a piece by its own faces alone, 0 for others."""
+    return vertex_normals(mesh.vertices, mesh.faces[(of_vertex[mesh.faces] == piece).all(axis=1)])
+
+
+def _means(values: Floats, faces: Ints, chosen: Mask) -> Floats:
+    """(k, 3) means of values (n, 3) over the chosen corners (k, 3) of faces (k, 3)."""
+    return np.asarray((values[faces] * chosen[..., None]).sum(axis=1) / np.maximum(chosen.sum(axis=1), 1)[:, None])

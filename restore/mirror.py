@@ -1,0 +1,54 @@
+"""A restored page turned over from left to right, as one that was read from a mirrored file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from restore.page import FlatMesh, RestoredPage
+from restore.runtime.arguments import checks_types
+
+IMAGES = ("image", "mask", "page_map", "master", "coverage", "page_source")
+
+
+@checks_types
+def mirror_page(page: RestoredPage) -> RestoredPage:
+    """The page mirrored from left to right: its images, its maps and its flat meshes.
+
+    The surface stays as it was measured, its faces seen from the other side. The report has `mirrored`, and no
+    finding that the page may be mirrored. Mirrored twice, it is the page itself, but for that finding.
+
+    >>> corners = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])
+    >>> page = restore(SurfaceMesh(corners, np.array([[0, 1, 2], [0, 2, 3]])), Settings(dpi=30))
+    >>> mirror_page(page).report["mirrored"]
+    True
+    """
+    mirrored: dict[str, Any] = {
+        name: None if (value := getattr(page, name)) is None else np.ascontiguousarray(value[:, ::-1])
+        for name in IMAGES
+    }
+    flat = _mirror_mesh(page.flat)
+    fine = flat if page.fine is page.flat else _mirror_mesh(page.fine)
+    findings = tuple(one for one in page.findings if one.code != "mirrored")
+    report = {**_mirror_report(page.report), "findings": [one.as_json() for one in findings]}
+    return replace(page, flat=flat, fine=fine, report=report, findings=findings, **mirrored)
+
+
+def _mirror_report(report: Mapping[str, Any]) -> dict[str, Any]:
+    """The report of a mirrored page: a place on it, that it is mirrored, if it is, and how far it is turned then."""
+    mirrored = dict(report)
+    strain = mirrored.get("strain", {})
+    if place := strain.get("chord_strain", {}).get("max_difference_at_mm"):
+        chords = {**strain["chord_strain"], "max_difference_at_mm": [-place[0], place[1]]}
+        mirrored["strain"] = {**strain, "chord_strain": chords}
+    if turned := mirrored.get("rotation_deg"):
+        mirrored["rotation_deg"] = 360 - turned
+    return mirrored if mirrored.pop("mirrored", False) else {**mirrored, "mirrored": True}
+
+
+def _mirror_mesh(mesh: FlatMesh) -> FlatMesh:
+    """The mesh with its flat positions mirrored, and its faces (m, 3) the other way round."""
+    return replace(mesh, flat=mesh.flat * np.array([-1.0, 1.0]), faces=np.ascontiguousarray(mesh.faces[:, ::-1]))

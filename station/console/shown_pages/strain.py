@@ -1,0 +1,75 @@
+"""The strain of a page as a layer: each tile is drawn from the mesh on demand, so that no page is too large."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from restore.drawing import rasterise
+from restore.scan import Bytes, Floats, Ints
+from station.console.shown_pages.layers import FILES, opened, read_model, stored_file
+from station.console.shown_pages.tiles import Box, Pyramid, Size
+from station.pictures.strain import SIGNED, round_up
+from station.session import Event, Session
+
+SHOWN_FRACTION = 99.0  # percentile of strain at the end of the scale: a single sliver must not hide the rest
+OPACITY = 190
+COLOURS = 256  # between the ends of the scale
+
+
+class StrainPyramid(Pyramid):
+    """Stretch in blue and red over the pixels of the page, transparent where there is none: (h, w, 4) uint8.
+
+    uv (n, 2): positions on the picture of the page, 0 to 1, v upwards. faces (m, 3). strain (n,).
+    """
+
+    def __init__(self, size: Size, uv: Floats, faces: Ints, strain: Floats) -> None:
+        super().__init__(size)
+        self._uv, self._faces, self._strain = uv, faces, np.ascontiguousarray(strain[:, None])
+        anchors = np.linspace(0.0, COLOURS - 1.0, len(SIGNED))
+        channels = [np.interp(np.arange(COLOURS), anchors, channel) for channel in SIGNED.T]
+        self._table = np.column_stack([*channels, np.full(COLOURS, OPACITY)]).astype(np.uint8)
+        self._end = end_of_scale(strain)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the mesh: no tile is kept."""
+        return self._uv.nbytes + self._faces.nbytes + self._strain.nbytes
+
+    def region(self, level: int, box: Box) -> Bytes:
+        """The pixels (h, w, 4) of a box of a level."""
+        width, height = self.sizes[level]
+        left, top, right, bottom = box
+        u, v = self._uv.T
+        xy = np.column_stack([u * width - 0.5 - left, (1.0 - v) * height - 0.5 - top])
+        found = rasterise(xy, self._faces, self._strain, bottom - top, right - left)[..., 0]
+        fraction = np.clip(np.nan_to_num(found) / self._end / 2.0 + 0.5, 0.0, 1.0)
+        picture = self._table[np.rint(fraction * (COLOURS - 1)).astype(np.uint8)]
+        picture[~np.isfinite(found), 3] = 0
+        return np.asarray(picture)
+
+
+def strain_pyramid(session: Session, event: Event) -> StrainPyramid:
+    """The strain of a restoration. Raises ConsoleFault, BadInput, OSError."""
+    arrays, _ = read_model(session, event)
+    with opened(stored_file(session, event, FILES["page"])) as picture:
+        size = picture.size
+    names = ("page_uv", "faces", "strain")
+    uv, faces, strain = (arrays[name].astype(kind) for name, kind in zip(names, ("f8", "i8", "f8"), strict=True))
+    return StrainPyramid(size, uv, faces, strain)
+
+
+def strain_scale(strain: Floats) -> dict[str, Any]:
+    """The scale of the strain (n,): its ends, the colours along it, and what the numbers are."""
+    return {
+        "unit": "fraction",
+        "stretch": {"min": float(strain.min()), "max": float(strain.max()), "rms": float(np.sqrt((strain**2).mean()))},
+        "end": end_of_scale(strain),
+        "colours": ["#{:02x}{:02x}{:02x}".format(*colour.astype(int)) for colour in SIGNED],
+    }
+
+
+def end_of_scale(strain: Floats) -> float:
+    """The greatest strain of the colours, of strains (n,)."""
+    return round_up(float(np.percentile(np.abs(strain), SHOWN_FRACTION)))

@@ -1,0 +1,44 @@
+"""Corrections by hand of a loose scan: the file next to it, or one that is named."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from restore import BadInput, PageEdits, parse_edits
+from restore.files import read_regular
+from restore.formats import scan_stem
+
+SUFFIX = ".edits.json"
+MAX_BYTES = 2**16  # more than any corrections have; the format itself allows 48 KiB
+CHUNK_BYTES = 2**20
+
+
+def edits_of(scan: Path, named: Path | None) -> PageEdits | None:
+    """The corrections of a scan, from the file that is named or `<stem>.edits.json` next to the scan; None without.
+
+    Raises BadInput for a file that cannot be read, is damaged, or belongs to another scan.
+    """
+    path = named or scan.parent / f"{scan_stem(scan)}{SUFFIX}"
+    try:
+        data = read_regular(path, MAX_BYTES)
+    except FileNotFoundError as error:
+        if named is None:
+            return None
+        raise BadInput(f"{path} does not exist", "check the name and the folder") from error
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise BadInput(f"cannot read the corrections {path}: {reason}", "give a regular file with --edits") from error
+    edits = parse_edits(data, str(path))
+    if edits.scan is not None and scan.is_file() and edits.scan != digest_of(scan):
+        raise BadInput(f"the corrections {path} were made on another scan", "make them again, or remove their key scan")
+    return edits
+
+
+def digest_of(scan: Path) -> str:
+    """`sha512:…` of the main file of a scan."""
+    digest = hashlib.sha512()
+    with scan.open("rb") as file:
+        while chunk := file.read(CHUNK_BYTES):
+            digest.update(chunk)
+    return f"sha512:{digest.hexdigest()}"

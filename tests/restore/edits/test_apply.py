@@ -1,0 +1,93 @@
+"""Corrections change what they name, and nothing else; those that do not fit are refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from restore import BadInput, CoverageClass, NotEnoughSurface, PageEdits, Settings, restore_leaves
+from restore.edits.apply import correct_leaves
+from restore.layout.split import OVERLAP_MM
+from tests.restore.layout.conftest import PAGE_MM, SPINE_MM, shot
+
+COARSE = Settings(points=300, dpi=60)
+ERROR_MM = 0.7  # two thirds of a sample of the fast mode
+
+CORNER = ((1.0, 1.0), (20.0, 1.0), (20.0, 20.0))
+ALL = {"what": "remove", "polygon": ((0.0, 0.0), (639.0, 0.0), (639.0, 479.0), (0.0, 479.0))}
+
+
+def px(x_mm, y_mm):
+    """Pixels of the colour image where a place of the printed page is seen."""
+    scan, truth = shot(False)
+    apart = np.hypot(truth.flat[..., 0] - x_mm, truth.flat[..., 1] - y_mm)
+    return [float(value) for value in scan.texture_xy[np.unravel_index(np.nanargmin(apart), apart.shape)]]
+
+
+def corrected(**fields):
+    return restore_leaves(shot(False)[0], COARSE, edits=PageEdits.model_validate_json(PageEdits(**fields).canonical()))
+
+
+def box_px(left, bottom, right, top):
+    return [px(left, top), px(right, top), px(right, bottom), px(left, bottom)]
+
+
+def test_a_moved_spine_moves_both_leaves():
+    spine = [px(SPINE_MM + 20, y) for y in (128, 65, 2)]
+    parts = corrected(layout="split", spine=tuple(map(tuple, spine))).parts
+    for part, width in (("left", SPINE_MM + 20), ("right", PAGE_MM[0] - SPINE_MM - 20)):
+        assert parts[part].report["page_mm"][0] == pytest.approx(width + OVERLAP_MM, abs=ERROR_MM)
+
+
+def test_what_a_hand_removes_is_blank_and_told():
+    mask = {"what": "remove", "polygon": tuple(map(tuple, box_px(20.0, 20.0, 60.0, 60.0)))}
+    (page,) = corrected(layout="whole", parts={"page": {"masks": (mask,)}}).parts.values()
+    erased = page.report["coverage"]["erased"]
+    assert erased == pytest.approx(40 * 40 / (PAGE_MM[0] * PAGE_MM[1]), rel=0.1)
+    assert (page.image[page.coverage == CoverageClass.ERASED] == 255).all()
+    assert "removed_by_hand" in [found.code for found in page.findings]
+    assert page.report["page_mm"] == pytest.approx(PAGE_MM, abs=ERROR_MM)
+
+
+def test_an_outline_is_where_the_page_ends():
+    outline = tuple(map(tuple, box_px(10.0, 10.0, 95.0, 120.0)))
+    (page,) = corrected(layout="whole", parts={"page": {"outline": outline}}).parts.values()
+    assert page.report["page_mm"] == pytest.approx((85.0, 110.0), abs=2 * ERROR_MM)
+
+
+def test_a_page_is_turned_and_cropped_after_it_is_painted():
+    crop = {"mode": "box", "box": (10.0, 20.0, 60.0, 50.0)}
+    (page,) = corrected(layout="whole", parts={"page": {"turn": 1, "crop": crop}}).parts.values()
+    assert page.report["page_mm"] == pytest.approx((50.0, 30.0), abs=0.5)
+    assert page.image.shape[:2] == page.coverage.shape == page.mask.shape
+    (wide,) = corrected(layout="whole", parts={"page": {"crop": {"mode": "margin", "margin_mm": 5.0}}}).parts.values()
+    assert wide.report["page_mm"] == pytest.approx(np.array(PAGE_MM) + 10.0, abs=ERROR_MM)
+    assert (wide.coverage[0] == CoverageClass.OUTSIDE).all()
+
+
+def test_a_fine_angle_turns_the_paper():
+    (straight,), (turned,) = (
+        corrected(layout="whole", parts={"page": {"rotate_deg": angle}}).parts.values() for angle in (0.0, 10.0)
+    )
+    cos, sin = np.cos(np.radians(10)), np.sin(np.radians(10))
+    width, height = straight.report["page_mm"]
+    shape = np.array(turned.image.shape[:2]) * 25.4 / turned.dpi
+    assert shape == pytest.approx((width * sin + height * cos, width * cos + height * sin), abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("fields", "error", "reason"),
+    [
+        ({"spine": ((10.0, 200.0), (600.0, 201.0))}, BadInput, "head to tail"),
+        ({"spine": ((300.0, 200.0),) * 16}, BadInput, "head to tail"),
+        ({"spine": ((300.0, 400.0), (300.0, 40.0))}, BadInput, "head to tail"),
+        ({"spine": ((2000.0, 40.0), (2000.0, 400.0))}, BadInput, "outside the image"),
+        ({"spine": ((1.0, 40.0), (1.0, 400.0))}, BadInput, "does not lie on the page"),
+        ({"parts": {"left": {}}, "layout": "whole"}, BadInput, "part 'left'"),
+        ({"layout": "whole", "parts": {"page": {"outline": CORNER}}}, NotEnoughSurface, "leave 0"),
+        ({"layout": "whole", "parts": {"page": {"masks": (ALL,)}}}, NotEnoughSurface, "leave 0.0%"),
+    ],
+)
+def test_corrections_that_do_not_fit_are_refused(fields, error, reason):
+    with pytest.raises(error, match=reason):
+        correct_leaves(shot(False)[0], PageEdits(**fields), COARSE)
