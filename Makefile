@@ -8,7 +8,7 @@ VENDORED := $(PAGE)/vendor/stamp.json
 # uv leaves it to Python to compile modules to bytecode when they are first imported: without, every process would do it again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo serve test test-slow lint docs bench setup system browsers clean
+.PHONY: demo serve test test-slow lint docs images bench setup system browsers clean
 
 demo: system
 	$(BIN)/planish scan --config configs/simulated.toml -o out/demo --force
@@ -32,10 +32,23 @@ lint: .venv/.extra-test
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-# The API reference of the public doors, from their docstrings.
+# The documents as a site in out/site, and the API reference in out/docs. A broken link ends it.
 docs: .venv/.extra-docs
+	rm -rf out/docs-source out/site && mkdir -p out/docs-source
+	cp -r --parents *.md CITATION.cff LICENSE docs bench/results tests/schemas configs/60-planish.rules examples out/docs-source
+	$(BIN)/mkdocs build --quiet --strict
 	$(BIN)/python -m pdoc -o out/docs restore drivers '!drivers.simulated' '!drivers.vivid900' '!drivers.scsi' '!drivers.stage' \
 		'!drivers.safety' '!drivers.trace'
+
+# All images of the documents, drawn again; those of the web interface by Chromium.
+images: setup .venv/.extra-bench .venv/.extra-test $(VENDORED) browsers
+	$(BIN)/python -m bench.before_after
+	$(BIN)/python -m bench.first_page
+	for one in shading hidden flattening; do $(BIN)/python -m bench.pictures $$one || exit; done
+	for one in words colour super; do $(BIN)/python -m bench.figures $$one docs/images/$$one.png || exit; done
+	$(BIN)/python -m bench.photo picture
+	$(BIN)/python -m bench.growth
+	$(BIN)/python -m bench.console_pictures
 
 bench: setup .venv/.extra-bench
 	$(BIN)/python -m bench

@@ -10,7 +10,7 @@ from restore import Settings, restore
 from station.images.png import encode_png
 from station.pictures.panels import Panel, resize_to_fit, side_by_side
 
-PICTURE = Path(__file__).parent.parent / "docs" / "before-after.png"
+PICTURE = Path(__file__).parent.parent / "docs" / "images" / "before-after.png"
 HEIGHT, WIDTH = 480, 640  # of a panel: the colour image as it is
 
 

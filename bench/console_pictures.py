@@ -1,4 +1,4 @@
-"""`python -m bench.console_pictures [FOLDER]`: the pictures of docs/console, of a session at a console that is served.
+"""`python -m bench.console_pictures [FOLDER]`: screenshots of the web interface while a session is captured.
 
 Chromium works a shift before the simulated scanner: pages of a volume, one of them cut off, a preview, settings, a
 server that is killed, its recovery, an export. Whatever is seen was made by the server.
@@ -19,7 +19,7 @@ from oracles.console.process import Console, console_of
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-DOCS = Path(__file__).parents[1] / "docs" / "console"
+DOCS = Path(__file__).parents[1] / "docs" / "images" / "console"
 TABLET = (800, 1280)  # of ten inches, standing
 WAIT_MS = 600_000  # for a restoration, the first of which compiles
 SETTLED_MS = 1500  # for tiles and pictures to be drawn

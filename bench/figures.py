@@ -1,4 +1,4 @@
-"""The pictures of docs/reading.md: `python -m bench.figures words|colour|super OUT.png`."""
+"""The pictures of docs/how-to/ocr.md: `python -m bench.figures words|colour|super OUT.png`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`python -m bench.first_page [FOLDER]`: the pictures of docs/first-page.md, drawn from one simulated page."""
+"""`python -m bench.first_page [FOLDER]`: images of docs/tutorials/first-page.md, drawn from one simulated page."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from station.images.png import encode_png
 from station.pictures.panels import Panel, resize_to_fit, side_by_side
 from station.pictures.strain import strain_picture
 
-DOCS = Path(__file__).parent.parent / "docs"
+DOCS = Path(__file__).parent.parent / "docs" / "images"
 HEIGHT, WIDTH = 250, 336  # of a panel: two fit beside each other in a browser
 STRAIN_WIDTH = 470
 CROP_MM, ZOOM_DPI = (60.0, 20.0), 160.0

@@ -1,4 +1,4 @@
-"""`python -m bench.flattening [--write-docs]`: the flattening's tables, and the page in docs/ that shows them."""
+"""`python -m bench.flattening [--write-docs]`: the tables of `bench/results/flattening.md`, printed or written."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 from bench import growth, paper, paper_meshes, peers, random_sheets, same_strain
 
-PAGE = Path(__file__).parent.parent / "docs" / "flattening-tables.md"
+PAGE = Path(__file__).parent.parent / "bench" / "results" / "flattening.md"
 # Name of the table in the page, between <!-- name --> and <!-- end -->, and what prints it.
 TABLES: dict[str, Callable[[], object]] = {
     "paper": paper.main,
@@ -36,7 +36,7 @@ class Tee(io.StringIO):
 
 
 def main(*, write: bool = False, only: tuple[str, ...] = ()) -> None:
-    """Print the tables; write: put them into the page in docs/ as they are printed."""
+    """Print the tables; write: put them into the page of results as they are printed."""
     for name, table in TABLES.items():
         if only and name not in only:
             continue

@@ -17,7 +17,7 @@ from restore import SurfaceMesh, flatten
 from restore.range_image.resample import MIN_VERTICES
 from restore.scan import Floats
 
-PLOT = Path(__file__).parent.parent / "docs" / "growth.png"
+PLOT = Path(__file__).parent.parent / "docs" / "images" / "growth.png"
 POINTS = (1_000, 2_000, 5_000, 10_000, 20_000, 39_000, 50_000, 100_000, 200_000)
 NOISE_MM = {"clean": 0.0, "0.1 mm noise": 0.1}
 SHEET = Curl()

@@ -1,6 +1,6 @@
 """Photographs registered to scans, against exact projection; 24 megapixels timed; refusals; a picture for docs.
 
-`python -m bench.photo` prints the tables; `python -m bench.photo picture` draws docs/photograph.png.
+`python -m bench.photo` prints the tables; `python -m bench.photo picture` draws docs/images/photograph.png.
 """
 
 from __future__ import annotations
@@ -161,6 +161,6 @@ def _captioned(crop: Bytes, text: str) -> Bytes:
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["picture"]:
-        picture(Path(__file__).parent.parent / "docs" / "photograph.png")
+        picture(Path(__file__).parent.parent / "docs" / "images" / "photograph.png")
     else:
         main()

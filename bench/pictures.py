@@ -1,4 +1,4 @@
-"""`python -m bench.pictures shading|hidden|flattening [OUT]`: the pictures of docs/, before and after.
+"""`python -m bench.pictures shading|hidden|flattening [OUT]`: images of docs/, before and after.
 
 shading  a bound figure and a crumpled letter under a desk lamp, as painted and with the light divided out.
 hidden   a page pleated over itself: as the scanner saw it, what it could not see, and small holes filled on request.
@@ -27,7 +27,7 @@ from station.pictures.frames import Recorder, frames_sheet
 from station.pictures.panels import Panel, resize_to_fit, side_by_side
 from station.pictures.review import hatch_unseen
 
-DOCS = Path(__file__).parent.parent / "docs"
+DOCS = Path(__file__).parent.parent / "docs" / "images"
 HEIGHT, WIDTH = 280, 390  # of a panel
 STEP = 4  # codes: noise that nobody sees takes most of the bytes
 FOLDED_MM, GAP_MM, BACK_MM = 40.0, 4.0, 1.5  # where the pleat starts, how high it stands, how far it runs back
@@ -65,10 +65,10 @@ def hidden() -> Bytes:
         Panel(
             resize_to_fit(mesh.texture, height=HEIGHT, width=WIDTH),
             "As the camera saw it",
-            "a pleat lies over the page",
+            "a pleat covers a strip",
         ),
-        _panel(hatch_unseen(unfilled), unfilled, "Not seen is said to be so", "hidden"),
-        _panel(filled.image, filled, "Filled on request, and noted", "invented"),
+        _panel(hatch_unseen(unfilled), unfilled, "Occluded places are marked", "occluded"),
+        _panel(filled.image, filled, "Inpainted on request", "inpainted"),
     ]
     return side_by_side(panels)
 

@@ -53,9 +53,9 @@ class AxisSettings(BaseModel):
 class TurntableSettings(BaseModel):
     """The turntable.
 
-    model     of its controller, from the table in docs/turntable.md.
+    model     of its controller, from the table in docs/reference/turntable-controllers.md.
     port      its serial port.
-    relative  True when the controller takes rotations relative to its position: see docs/turntable.md.
+    relative  True when the controller takes rotations relative to its position.
     arc_deg   angle that the views cover: a full turn, or less for a page that stands upright.
     axis      axis of rotation; not needed to calibrate it.
     """

@@ -1,10 +1,10 @@
-"""Every constant of the default flattening has its reason, in the source and in the table of the page on flattening."""
+"""Every constant of the default flattening has its reason, in the source and in the table of the reference page."""
 
 import pytest
 
 from oracles.constants import ENGINE, ROOT, constants_of
 
-PAGE = (ROOT / "docs" / "flattening.md").read_text("utf-8")
+PAGE = (ROOT / "docs" / "reference" / "constants.md").read_text("utf-8")
 
 
 @pytest.mark.parametrize("module", ENGINE)

@@ -24,7 +24,7 @@ from drivers.scsi.pipes import Pipes
 from drivers.scsi.transport import BUSY, CHECK_CONDITION, DEFAULT_TIMEOUT_S, Reply
 
 MAX_TAG = 0xFFFFFFFF
-FIRMWARE_HINT = "load it with the open tool xchange-fw (see docs/operators-guide.md), then try again"
+FIRMWARE_HINT = "load it with the open tool xchange-fw (see docs/how-to/connect-a-vivid-900.md), then try again"
 NO_SENSE = (0, 0, 0)  # sense key with its flags, ASC and ASCQ when there is no sense data
 
 Clock = Callable[[], float]

@@ -25,10 +25,10 @@ PROBLEM_CODE = 4  # a device cannot be used
 
 RULES = Path("/etc/udev/rules.d/60-planish.rules")  # before 73-seat-late.rules, which acts on the tag
 RELOAD = "sudo udevadm control --reload && sudo udevadm trigger"
-FIRMWARE = "start it with the open tool xchange-fw and the firmware of Adaptec's driver: see docs/operators-guide.md"
+FIRMWARE = "start it with xchange-fw and the firmware of Adaptec's driver: see docs/how-to/connect-a-vivid-900.md"
 LATE = (
     "switch the scanner on, remove the laser barrier and press a key; then: sudo planish devices --rescan "
-    "(cabling and SCSI IDs: docs/operators-guide.md)"
+    "(cabling and SCSI IDs: docs/how-to/connect-a-vivid-900.md)"
 )
 PROBE = "it may be behind the USB bridge: planish doctor --probe asks there (unmount disks behind it first)"
 INSTALL = "sudo apt install"

@@ -1,4 +1,4 @@
-"""From captures of a program that knows the scanner to a scan, by the commands of docs/from-a-capture.md alone.
+"""From captures of a program that knows the scanner to a scan, by the commands of docs/how-to/command-profile.md alone.
 
 What the owner does by hand is done here by the text that the commands print: nothing is taken from a true profile.
 """

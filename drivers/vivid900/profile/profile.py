@@ -197,7 +197,7 @@ class Profile(BaseModel):
             mine = f"{self.firmware.vendor} {self.firmware.product} {' or '.join(self.firmware.revisions)}"
             raise ProfileMismatch(
                 f"the command profile {self.name!r} is for {mine}, and the scanner is {identity}",
-                "name a profile that was made for this firmware; docs/operators-guide.md explains how to get one",
+                "name a profile that was made for this firmware: see docs/how-to/connect-a-vivid-900.md",
             )
 
     def require_trust(self, what: str) -> None:
@@ -254,7 +254,7 @@ def _remove(table: dict[str, Any], name: str) -> None:
     for key in inner:
         table = table.get(key, {})
     if last not in table:
-        raise ValueError(f"{name} is not a block that can be missing")
+        raise ValueError(f"there is no {name} to be without")
     del table[last]
 
 
