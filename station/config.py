@@ -17,6 +17,7 @@ from station.errors import UsageError
 Model = TypeVar("Model", bound=BaseModel)
 
 DEMONSTRATION = Path("simulated")
+BOOK = Path("simulated-book")
 COMPARE = f"compare it with {CONFIGS / 'simulated.toml'}"
 
 

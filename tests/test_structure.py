@@ -31,7 +31,6 @@ CALLED_BY_OTHERS = {
     "restore.turntable.view",
     "station.colour.run",
     "station.commands.devices",
-    "station.commands.terminal",
 }
 
 

@@ -61,18 +61,20 @@ def _axis_to_turn(mesh: SurfaceMesh, texture: Bytes, texcoords: Floats) -> int |
         axis: _seams(texture, [_turned_over(places, texture, axis) for places in inner], one, other) for axis in AXES
     }
     best = max(after, key=lambda axis: after[axis].alikeness)
-    meet = after[best].alikeness > least and after[best].difference < BETTER * before.difference
-    return best if meet else None
+    gain = before.differences - after[best].differences
+    surely = gain.mean() > CERTAIN * gain.std() / sqrt(len(gain))  # letters on a few pairs may meet by chance
+    better = surely and after[best].differences.mean() < BETTER * before.differences.mean()
+    return best if better and after[best].alikeness > least else None
 
 
 class _Seams(NamedTuple):
     """How the colours on both sides of seams meet.
 
-    difference  mean of channels, 0 to 255.
-    alikeness   by how much less they differ than any two colours there: 1 for not at all, 0 where all are the same.
+    differences  (k,) of each pair, mean of channels, 0 to 255.
+    alikeness    by how much less they differ than any two colours there: 1 for not at all, 0 where all are the same.
     """
 
-    difference: float
+    differences: Floats
     alikeness: float
 
 
@@ -90,11 +92,12 @@ def _seams(picture: Bytes, inner: Sequence[Floats], one: Ints, other: Ints) -> _
     )
     here, there = here.astype(np.float64), there.astype(np.float64)  # (insets, 3, k)
 
-    def apart(shift: int) -> float:
-        return float(np.abs(here - np.roll(there, shift, axis=2)).mean(axis=1).min(axis=0).mean())
+    def apart(shift: int) -> Floats:
+        return np.asarray(np.abs(here - np.roll(there, shift, axis=2)).mean(axis=1).min(axis=0))
 
-    by_chance = np.mean([apart(len(one) * k // SHIFTS) for k in range(1, SHIFTS)])
-    return _Seams(apart(0), float(1.0 - apart(0) / by_chance) if by_chance > TINY else 0.0)
+    by_chance = np.mean([apart(len(one) * k // SHIFTS).mean() for k in range(1, SHIFTS)])
+    differences = apart(0)
+    return _Seams(differences, float(1.0 - differences.mean() / by_chance) if by_chance > TINY else 0.0)
 
 
 def _moved_inside(faces: Ints, texcoords: Floats, chosen: Mask, inset: float) -> Floats:

@@ -59,17 +59,22 @@ def scan(
 
 
 @grouped
-def demo(output: Out, run: Run) -> None:
+def demo(
+    output: Out, run: Run, book: Annotated[bool, typer.Option("--book", help="An opened book: two leaves.")] = False
+) -> None:
     """Scan and restore a simulated page; needs no hardware."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
-        from station.config import DEMONSTRATION, load_config
+        from station.choices import Layout
+        from station.config import BOOK, DEMONSTRATION, load_config
         from station.run.destination import Destination
         from station.run.one_page import scan_page
 
-        options = run_options(
-            "demo", Kinds(review=True), Restoration(), rotate=run.rotate, allow_distorted=run.allow_distorted
+        layout = Layout.AUTO if book else Layout.SINGLE
+        turned = {"rotate": run.rotate, "allow_distorted": run.allow_distorted}
+        options = run_options("demo", Kinds(review=True), Restoration(), layout=layout, **turned)
+        outcome = scan_page(
+            load_config(BOOK if book else DEMONSTRATION), Destination(output, run.force), options, progress=progress
         )
-        outcome = scan_page(load_config(DEMONSTRATION), Destination(output, run.force), options, progress=progress)
     _print_report(outcome, run)
 
 

@@ -24,7 +24,7 @@ LIMITS = {"vertices": MAX_MM, "flat": MAX_MM, "steps.positions": MAX_MM, "page_u
 
 
 def decode_model(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """The arrays and the facts of `encode_model`, every index and size checked.
+    """The arrays (…) and the facts of `encode_model`, every index and size checked.
 
     Raises ValueError for anything else. Every float is finite, every index one of a vertex.
     """

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from restore import BadInput, PageEdits, parse_edits
 from restore.files import read_regular
-from restore.formats import scan_stem
+from station.run.one_page import stem_of
 
 SUFFIX = ".edits.json"
 MAX_BYTES = 2**16  # more than any corrections have; the format itself allows 48 KiB
@@ -19,7 +19,7 @@ def edits_of(scan: Path, named: Path | None) -> PageEdits | None:
 
     Raises BadInput for a file that cannot be read, is damaged, or belongs to another scan.
     """
-    path = named or scan.parent / f"{scan_stem(scan)}{SUFFIX}"
+    path = named or scan.parent / f"{stem_of(scan)}{SUFFIX}"
     try:
         data = read_regular(path, MAX_BYTES)
     except FileNotFoundError as error:

@@ -23,7 +23,13 @@ from station.storage.session_folder import FIRST
 
 MAX_EVENTS = 200_000  # twenty for each of the pages that a session has at most: ten seconds and 1 GB to open
 MAX_TAG_FILE_BYTES = 2**28  # 1.3 KB for each of them
-NO_TAG_FILE = (errno.EFBIG, errno.EINVAL, errno.EISDIR)  # of a file that is too large, or of another kind
+NO_TAG_FILE = (
+    errno.EFBIG,
+    errno.EINVAL,
+    errno.EISDIR,
+    errno.ELOOP,
+    errno.ENOTDIR,
+)  # of a file that is too large, or of another kind
 PADDING = b"\0"  # which some file systems leave at the end of a file that grew before a power cut
 VERIFY = "planish verify names what is damaged, planish repair repairs what can be repaired"
 
@@ -110,7 +116,7 @@ def _check_interrupted(folder: Path, stored: Stored, before: Sequence[Event], ta
         if not (data.startswith(older[name]) and newer[name].startswith(data)):
             raise _damaged(folder, f"{name} agrees with no state of the session")
     for path, digest in _last_files(folder, stored.events[-1]):
-        if bag.sha512(path.read_bytes()) != digest:
+        if not path.is_file() or bag.sha512(path.read_bytes()) != digest:
             raise _damaged(folder, f"{path} is not the file that was written")
 
 

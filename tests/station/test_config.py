@@ -41,7 +41,7 @@ def test_the_demonstration_is_well_formed(repository):
     assert load_config(repository / "configs" / "simulated.toml").scanner["lens"] == "MIDDLE"
 
 
-@pytest.mark.parametrize("name", ["simulated", "simulated-turntable", "vivid900"])
+@pytest.mark.parametrize("name", ["simulated", "simulated-book", "simulated-turntable", "vivid900"])
 def test_a_configuration_that_comes_along_is_found_by_its_name(name, repository, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     named, given = load_config(Path(name)), load_config(repository / "configs" / f"{name}.toml")
@@ -58,7 +58,7 @@ def test_a_file_of_that_name_comes_first(tmp_path, monkeypatch):
 def test_the_names_that_come_along_are_told(tmp_path):
     with pytest.raises(UsageError) as caught:
         load_config(tmp_path / "nowhere.toml")
-    assert "simulated, simulated-turntable, vivid900" in caught.value.hint
+    assert "simulated, simulated-book, simulated-turntable, vivid900" in caught.value.hint
 
 
 def test_a_configuration_without_its_ending_is_named(tmp_path, monkeypatch):

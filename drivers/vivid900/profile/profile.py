@@ -254,7 +254,7 @@ def _remove(table: dict[str, Any], name: str) -> None:
     for key in inner:
         table = table.get(key, {})
     if last not in table:
-        raise ValueError(f"there is no {name} to be without")
+        raise ValueError(f"{name} is not in the profile, and cannot be removed from it")
     del table[last]
 
 

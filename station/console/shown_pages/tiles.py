@@ -88,7 +88,7 @@ class StoredPyramid(Pyramid):
         return self.levels[level][top:bottom, left:right]
 
     def whole(self) -> Bytes:
-        """The last level."""
+        """The last level (h, w, 3 or 4)."""
         return self.levels[-1]
 
 

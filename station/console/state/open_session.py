@@ -68,7 +68,7 @@ class OpenSession:
     @property
     def session(self) -> Session:
         """The session as it stands."""
-        now = identity_of(self.folder), (self.folder / LOG).stat().st_size
+        now = identity_of(self.folder), _size(self.folder / LOG)
         if self._read is None or self._read[0] != now:
             self._read, self._rows = (now, read_session(self.folder)), None
         return self._read[1]

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from restore import BadInput
 from station.session import Event, SessionDamaged, Volume, bag, open_session, read_session
 from station.session import reading as reading_module
 from station.session.events import RECORD
@@ -153,3 +154,27 @@ def test_a_fingerprint_is_unpacked_to_its_size():
     for text in (BOMB, "", "ä", pack(bytes(PACKED_BYTES - 1)), PRINT[:-8]):
         with pytest.raises(ValueError, match="fingerprint"):
             unpack(text)
+
+
+@pytest.mark.parametrize("name", [bag.BAGIT, bag.LOG, bag.MANIFEST, bag.TAG_MANIFEST])
+@pytest.mark.parametrize("put", ["a folder", "a link to itself", "a link to a folder"])
+def test_what_is_no_file_is_damage_and_not_the_disks_fault(tmp_path, name, put):
+    folder = written(tmp_path / "s", events())
+    (folder / name).unlink()
+    if put == "a folder":
+        (folder / name).mkdir()
+    else:
+        (folder / name).symlink_to(name if put == "a link to itself" else folder / "data")
+    with pytest.raises((SessionDamaged, BadInput)), open_session(folder):
+        pass
+
+
+def test_a_last_event_without_its_files_is_damage(tmp_path):
+    made = events()
+    folder = written(tmp_path / "s", made)
+    (folder / bag.TAG_MANIFEST).write_bytes(bag.tag_files(made[:-1])[bag.TAG_MANIFEST])
+    record = folder / bag.PAYLOAD / made[-1].folder / RECORD
+    record.unlink()
+    record.mkdir()
+    with pytest.raises(SessionDamaged), open_session(folder):
+        pass

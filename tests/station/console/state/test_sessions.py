@@ -132,6 +132,14 @@ def test_a_session_that_is_damaged_while_it_is_looked_at_is_let_go(client, root)
     assert "damaged" in state["failed"]["text"]
 
 
+@pytest.mark.parametrize("read_only", [True, False])
+def test_a_session_without_its_log_is_damaged_and_not_the_disks_fault(client, root, read_only):
+    (root / "missale" / "events.jsonl").unlink()
+    (root / "missale" / "events.jsonl").symlink_to("events.jsonl")
+    refused = client.post("/api/sessions/missale/open", json={"read_only": read_only})
+    assert (refused.status_code, refused.json()["error"]["key"]) == (422, "damaged")
+
+
 def test_a_session_that_the_index_refuses_is_not_left_open(root):
     def refuse(_session):
         raise BadInput("the index cannot be used")
