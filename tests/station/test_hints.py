@@ -57,7 +57,7 @@ COMMANDS = [
     ["watch", "IN", "-o", "out", "--once", "--settle", "0", "--pair", "0"],
     ["export", "IN", "--to", "tiff", "-o", "out"],
     ["session", "show", "IN"],
-    ["session", "open", "IN"],
+    ["session", "recover", "IN"],
     ["session", "add", "IN", "empty.obj"],
     ["session", "undo", "IN"],
     ["verify", "IN"],

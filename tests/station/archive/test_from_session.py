@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -13,13 +14,14 @@ from station.archive.deliver import Format
 from station.archive.from_session import scan_of, volume_of
 from station.archive.volume import Role
 from station.cli import main
-from station.commands.export import FORMATS
+from station.commands.export import ExportFormat
 from station.images.png import encode_png
 from station.session import Volume, add_scan, create_session, decide, open_session, read_session, record_run, undo
 from station.session.adding import add_original
 from tests.station.archive.conftest import picture
 from tests.station.conftest import curl_scan
 
+FORMATS = get_args(ExportFormat)
 NOW = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)
 
 

@@ -223,7 +223,7 @@ def test_a_scanner_that_fails_ends_no_shift(book, tiny_scan):
         loop.press("capture")
         loop.press("accept")
     assert lines == [
-        "not shot: the barrier is on (take it off)",
+        "not captured: the barrier is on (take it off)",
         "no scanner is configured: name its configuration with --config",
         "no page has been captured yet: space captures the first",
     ]

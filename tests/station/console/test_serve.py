@@ -128,9 +128,9 @@ def test_a_killed_server_leaves_a_session_that_opens_whole(root, tmp_path):
         base, _, token = link.partition("/enter?token=")
         with httpx.Client(trust_env=False, timeout=WAIT_S, headers={"Authorization": f"Bearer {token}"}) as browser:
             assert browser.post(f"{base}/api/sessions/missale/open").status_code == 200
-            assert main(["session", "open", str(root / "missale"), "--index", str(tmp_path / "i")]) == 2
+            assert main(["session", "recover", str(root / "missale"), "--index", str(tmp_path / "i")]) == 2
         os.kill(process.pid, signal.SIGKILL)
-    wait_for(lambda: main(["session", "open", str(root / "missale"), "--index", str(tmp_path / "i")]) == 0)
+    wait_for(lambda: main(["session", "recover", str(root / "missale"), "--index", str(tmp_path / "i")]) == 0)
 
 
 def test_the_link_is_shown_as_a_code_for_tablets(capsys):

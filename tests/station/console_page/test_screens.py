@@ -224,7 +224,7 @@ def test_layers_and_their_colours(show, canned):
     page.get_by_label("Strain").check()
     page.get_by_text("+1 %").wait_for()
     page.get_by_label("Coverage").check()
-    page.get_by_text("shape filled in 0.15 %").wait_for()
+    page.get_by_text("shape interpolated 0.15 %").wait_for()
     page.get_by_role("button", name="Light master").click()
     page.wait_for_load_state("networkidle")
     assert page.get_by_role("button", name="Light master").get_attribute("aria-pressed") == "true"
@@ -250,7 +250,7 @@ def test_a_second_window_watches_and_is_told_why(show, canned):
     page = show(canned)
     canned.change(control={"tab": "x" * 32, "since": "2026-03-02T09:00:00Z", "agent": "Firefox on Linux"})
     page.get_by_text("This window only watches.").wait_for()
-    assert "Firefox on Linux has acted since" in page.locator(".notice").inner_text()
+    assert "Firefox on Linux has had control since" in page.locator(".notice").inner_text()
     button = page.locator("[data-action=capture]")
     assert button.get_attribute("aria-disabled") == "true"
     assert button.get_attribute("title") == "Another window has control; this one is read-only"
