@@ -314,12 +314,6 @@ CODES: Mapping[str, Code] = {
     ),
     # Corrections by hand
     "removed_by_hand": Code("note", "{share:.1%} of the page was removed by hand", "page"),
-    "points_clipped": Code(
-        "warning", "{count} points of the corrections are outside the image and were moved to its edge: check them"
-    ),
-    "corrections_dropped": Code(
-        "warning", "the corrections of the earlier capture do not fit this one: {reason}; make them again"
-    ),
     "turn_undecided": Code(
         "warning",
         "the text does not show which side of the page is up: it stays as the scanner saw it. Rotate it with "

@@ -122,7 +122,9 @@ def _leaves(sheets: list[ScannedSheet]) -> list[Selected]:
 def _left_out(others: list[ScannedSheet], size: float, count: int) -> tuple[Finding, ...]:
     """The finding of sheets that are not restored; size: of the page, in their unit."""
     share = max(sheet.size for sheet in others) / size
-    return (Finding.of("largest_of_pieces" if share < LARGE else "large_sheet_left_out", share, count=count),)
+    if share < LARGE:
+        return (Finding.of("largest_of_pieces", share, count=count),)
+    return (Finding.of("large_sheet_left_out", share, count=count),)
 
 
 def _each(sheets: list[ScannedSheet]) -> list[Selected]:

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from restore.errors import BadInput, NotEnoughSurface
-from restore.flattening.methods import METHODS
-from restore.flattening.methods import flatten_points as flatten
+from restore.flattening.methods import METHODS, flatten_points, flatten_with_lengths
 from restore.mesh.measures import flipped_faces, signed_areas
 from restore.mesh.network import make_network
 from restore.mesh.topology import Topology
@@ -26,6 +25,12 @@ REORDERED_MM = 0.01  # sticks relaxed in another order stop elsewhere within the
 turns = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1)
 shifts = st.tuples(*[st.floats(-500.0, 500.0)] * 3)
 few = settings(max_examples=6, deadline=None)
+
+
+def flatten(mesh, method="isometric", *, lengths=None, on_step=None):
+    if lengths is None:
+        return flatten_points(mesh, method, on_step=on_step)
+    return flatten_with_lengths(mesh, lengths, method, on_step=on_step)
 
 
 def moved(mesh, turn, shift=(0.0, 0.0, 0.0)):

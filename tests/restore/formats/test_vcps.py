@@ -65,7 +65,7 @@ def test_without_the_size_of_a_voxel_one_is_assumed_with_a_warning(tmp_path):
     ("fields", "message"),
     [
         ({"kind": "quad"}, "type 'quad'"),
-        ({"rows": 1}, "no surface"),
+        ({"rows": 1}, "not a surface"),
         ({"cols": 30}, "cut short"),
         ({"rows": MAX_SEGMENT_POINTS}, "more than"),
         ({"rows": 10**12}, "height"),

@@ -162,7 +162,7 @@ def test_what_covers_the_page_is_painted_from_the_scan_and_said(text, thumbed):
     assert report["obstructed_mm2"] > MM2
     assert page.report["coverage"]["obstructed"] == pytest.approx(report["obstructed_fraction"], rel=0.1)
     (found,) = page.report["findings"]
-    assert found["text"].startswith("thumb.jpg: something covers the page")
+    assert found["text"].startswith("thumb.jpg: something obstructs the page")
     assert (page.coverage == CoverageClass.OBSTRUCTED).sum() > 0
     assert (page.page_source[page.coverage == CoverageClass.OBSTRUCTED] == 0).mean() > 0.9
 

@@ -173,7 +173,7 @@ def test_a_card_in_two_photographs_is_said():
 def test_a_card_that_is_not_flat_is_said():
     photographs = placed(5)
     (found,) = card_findings(photographs, seen_by(photographs), {**SCALE, "residual_mm": 0.8})
-    assert "0.80 mm off" in found.text
+    assert "deviate by 0.80 mm" in found.text
 
 
 def test_a_card_that_cannot_be_is_refused():

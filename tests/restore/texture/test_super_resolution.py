@@ -102,7 +102,7 @@ def test_a_shot_of_another_page_is_rejected(images, other):
         "black": np.zeros((*SIZE, 3), np.uint8),
         "mirrored": np.ascontiguousarray(images[0][:, ::-1]),
     }
-    with pytest.raises(BadInput, match="shot 5 does not show the same page"):
+    with pytest.raises(BadInput, match="capture 5 does not show the same page"):
         super_resolve_images([*images[:4], pictures[other]])
 
 

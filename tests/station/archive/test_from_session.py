@@ -112,7 +112,7 @@ def test_the_command_says_what_is_missing(folder, tmp_path, capsys, kind) -> Non
 
 def test_a_format_that_is_none_and_a_folder_that_is_no_session(folder, tmp_path, capsys) -> None:
     assert main(["export", str(folder), "--to", "docx", "-o", str(tmp_path / "out")]) == 2
-    assert "use one of bagit" in capsys.readouterr().err
+    assert "give bagit, mets" in capsys.readouterr().err
     assert main(["export", str(tmp_path), "--to", "pdf", "-o", str(tmp_path / "out")]) == 3
     assert not (tmp_path / "out").exists()
 

@@ -81,9 +81,9 @@ def test_scans_that_do_not_tell_how_they_were_taken_are_refused(scan: RangeScan,
 
 
 def test_scans_of_other_drivers_are_refused(scan: RangeScan) -> None:
-    with pytest.raises(SettingsError, match="does not tell"):
+    with pytest.raises(SettingsError, match="does not say"):
         plate_shot(replace(scan, provenance={}), BOARD)
-    with pytest.raises(SettingsError, match="does not tell"):
+    with pytest.raises(SettingsError, match="does not say"):
         nominal_of_scans([replace(scan, provenance={})])
 
 
