@@ -11,8 +11,6 @@ import numpy as np
 from restore.page import FlatMesh, RestoredPage
 from restore.runtime.arguments import checks_types
 
-IMAGES = ("image", "mask", "page_map", "master", "coverage", "page_source")
-
 
 @checks_types
 def mirror_page(page: RestoredPage) -> RestoredPage:
@@ -26,15 +24,10 @@ def mirror_page(page: RestoredPage) -> RestoredPage:
     >>> mirror_page(page).report["mirrored"]
     True
     """
-    mirrored: dict[str, Any] = {
-        name: None if (value := getattr(page, name)) is None else np.ascontiguousarray(value[:, ::-1])
-        for name in IMAGES
-    }
-    flat = _mirror_mesh(page.flat)
-    fine = flat if page.fine is page.flat else _mirror_mesh(page.fine)
+    images, meshes = page.changed_images(lambda _, image: image[:, ::-1]), page.changed_meshes(_mirror_mesh)
     findings = tuple(one for one in page.findings if one.code != "mirrored")
     report = {**_mirror_report(page.report), "findings": [one.as_json() for one in findings]}
-    return replace(page, flat=flat, fine=fine, report=report, findings=findings, **mirrored)
+    return replace(page, report=report, findings=findings, **images, **meshes)
 
 
 def _mirror_report(report: Mapping[str, Any]) -> dict[str, Any]:

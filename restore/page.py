@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Self
@@ -62,6 +62,10 @@ class FlatMesh(SurfaceMesh):
         return cls(**surface, flat=flat, lengths=lengths, iterations=iterations, **convergence)
 
 
+IMAGES = ("image", "mask", "page_map", "master", "coverage", "page_source")
+"""The fields of a `RestoredPage` that are arrays (h, w, …) over its pixels."""
+
+
 @dataclass(frozen=True, eq=False)
 class RestoredPage:
     """The flat page, painted true to scale.
@@ -96,3 +100,13 @@ class RestoredPage:
     coverage: Bytes
     page_source: NDArray[np.uint8] | None = None
     findings: tuple[Finding, ...] = ()
+
+    def changed_images(self, change: Callable[[str, NDArray[Any]], NDArray[Any]]) -> dict[str, Any]:
+        """The fields of `IMAGES` after change(name, array (h, w, …)); one that is None stays None."""
+        fields = {name: getattr(self, name) for name in IMAGES}
+        return {name: None if one is None else np.ascontiguousarray(change(name, one)) for name, one in fields.items()}
+
+    def changed_meshes(self, change: Callable[[FlatMesh], FlatMesh]) -> dict[str, Any]:
+        """`flat` and `fine` after a change; they stay one mesh where they are one."""
+        flat = change(self.flat)
+        return {"flat": flat, "fine": flat if self.fine is self.flat else change(self.fine)}

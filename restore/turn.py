@@ -32,14 +32,9 @@ def rotate_page(page: RestoredPage, degrees: int) -> RestoredPage:
     quarters = int(degrees) // 90
     if quarters == 0:
         return page
-    pictures = ("image", "mask", "page_map", "master", "coverage", "page_source")
-    turned: dict[str, Any] = {
-        name: None if (value := getattr(page, name)) is None else np.ascontiguousarray(np.rot90(value, -quarters))
-        for name in pictures
-    }
-    flat = _turn_mesh(page.flat, quarters)
-    fine = flat if page.fine is page.flat else _turn_mesh(page.fine, quarters)
-    return replace(page, flat=flat, fine=fine, report=_turn_report(page.report, quarters), **turned)
+    images = page.changed_images(lambda _, image: np.rot90(image, -quarters))
+    meshes = page.changed_meshes(lambda mesh: _turn_mesh(mesh, quarters))
+    return replace(page, report=_turn_report(page.report, quarters), **images, **meshes)
 
 
 def _turn_report(report: Mapping[str, Any], quarters: int) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from restore.edits.model import Crop, PartEdits
 from restore.errors import NotEnoughSurface
@@ -46,16 +47,13 @@ def crop_page(page: RestoredPage, crop: Crop) -> RestoredPage:
     edges = np.rint(box).astype(np.int64)
     if (edges[2:] <= np.maximum(edges[:2], 0)).any() or edges[0] >= width or edges[1] >= height:
         raise NotEnoughSurface("the crop leaves nothing of the page", "draw a box that lies on the page")
-    names = ("image", "mask", "page_map", "master", "coverage", "page_source")
-    cropped = {name: _cropped(getattr(page, name), edges, EMPTY.get(name, np.nan)) for name in names}
+    cropped = page.changed_images(lambda name, values: _cropped(values, edges, EMPTY.get(name, np.nan)))
     size = [float(edges[2] - edges[0]) / per_mm, float(edges[3] - edges[1]) / per_mm]
     return replace(page, report={**page.report, "page_mm": size}, **cropped)
 
 
-def _cropped(values: Any, edges: Ints, empty: Any) -> Any:
-    """An array (h, w, …) within edges (left, top, right, bottom), which may lie outside it; None for None."""
-    if values is None:
-        return None
+def _cropped(values: NDArray[Any], edges: Ints, empty: Any) -> NDArray[Any]:
+    """An array (h, w, …) within edges (left, top, right, bottom), which may lie outside it."""
     left, top, right, bottom = edges.tolist()
     height, width = values.shape[:2]
     cut = np.full((bottom - top, right - left, *values.shape[2:]), empty, values.dtype)

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from oracles.warped import Warped, make_warped
+from restore import Settings, restore
 from restore.camera.rays import Rays
 from restore.range_image.facets.sheet import Sheet
-from restore.scan import Bytes, Floats, Mask, RangeScan
+from restore.scan import Bytes, Floats, Mask, RangeScan, SurfaceMesh
 
 FOCAL_PX = 1942.8  # MIDDLE lens of the VIVID 910, from the fields of view in its hardware manual p. 26
 BASELINE_MM = 250.0  # the same manual's dimension drawing, p. 58
@@ -153,3 +154,16 @@ def plain(monkeypatch) -> Callable[[ModuleType], dict[str, Any]]:
 @pytest.fixture
 def rng() -> np.random.Generator:
     return np.random.default_rng(0)
+
+
+@pytest.fixture(scope="module")
+def random_page():
+    """A flat page of 90 × 60 mm with a texture of random pixels."""
+    x, y = np.meshgrid(np.linspace(0, 90, 16), np.linspace(60, 0, 11))
+    vertices = np.stack([x, y, 0 * x - 700.0], axis=-1).reshape(-1, 3)
+    index = np.arange(x.size).reshape(x.shape)
+    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
+    faces = np.concatenate([np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, c, d), (a, d, b))])
+    texture = np.random.default_rng(3).integers(0, 255, (120, 180, 3), np.uint8)
+    texcoords = np.column_stack([2.0 * vertices[:, 0] - 0.5, 119.5 - 2.0 * vertices[:, 1]])
+    return restore(SurfaceMesh(vertices, faces, texcoords, texture), Settings(dpi=50.8))

@@ -5,8 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restore import Settings, restore
-from restore.scan import SurfaceMesh
 from restore.texture.page import page_map
 from restore.turn import rotate_page
 
@@ -14,17 +12,9 @@ ROUNDING = 1e-4  # pixels of the texture: float32 of the page map
 FIELDS = ("image", "mask", "page_map", "master", "coverage")
 
 
-@pytest.fixture(scope="module")
-def page():
-    """A flat page of 90 × 60 mm with a texture of random pixels."""
-    x, y = np.meshgrid(np.linspace(0, 90, 16), np.linspace(60, 0, 11))
-    vertices = np.stack([x, y, 0 * x - 700.0], axis=-1).reshape(-1, 3)
-    index = np.arange(x.size).reshape(x.shape)
-    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
-    faces = np.concatenate([np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, c, d), (a, d, b))])
-    texture = np.random.default_rng(3).integers(0, 255, (120, 180, 3), np.uint8)
-    texcoords = np.column_stack([2.0 * vertices[:, 0] - 0.5, 119.5 - 2.0 * vertices[:, 1]])
-    return restore(SurfaceMesh(vertices, faces, texcoords, texture), Settings(dpi=50.8))
+@pytest.fixture
+def page(random_page):
+    return random_page
 
 
 def test_a_quarter_brings_the_left_side_up(page):
