@@ -44,7 +44,7 @@ class CoverageClass(IntEnum):
     OCCLUDED = 3  # on the page and not seen by the camera
     INPAINTED = 4  # hidden, and inpainted from its neighbourhood
     OBSTRUCTED = 5  # seen, but covered by something in a photograph, and painted from another picture
-    FACING = 6  # seen, of the facing page: a strip beside the spine of an opened book
+    FACING = 6  # seen, of the facing page: a strip next to the spine of an opened book
     ERASED = 7  # on the page, and removed by hand
 
 
@@ -83,9 +83,11 @@ class Coverage:
 
     def findings(self, dpi: float) -> list[Finding]:
         """What is to be reported of a page that is white in large part, or has a broad hole."""
-        missing, erased = self.seen == CoverageClass.OCCLUDED, self.fractions()["erased"]
+        missing = self.seen == CoverageClass.OCCLUDED
+        page = max(int(np.count_nonzero(self.seen != CoverageClass.OUTSIDE)), 1)
         gaps = np.zeros_like(missing) if self.gaps is None else self.gaps & missing
-        hidden = float((missing & ~gaps).sum() / max((self.seen != CoverageClass.OUTSIDE).sum(), 1))
+        hidden = float(np.count_nonzero(missing & ~gaps) / page)
+        erased = float(np.count_nonzero(self.seen == CoverageClass.ERASED) / page)
         across = _across_mm(gaps, dpi)
         found = [Finding.of("hidden", hidden)] if hidden > MAX_HIDDEN else []
         found += [Finding.of("gap", across_mm=across)] if across > MAX_FILLED_MM else []
@@ -177,5 +179,7 @@ def filled_findings(seen: Bytes, dpi: float) -> list[Finding]:
 
 def _across_mm(places: Mask, dpi: float) -> float:
     """The diameter in mm of the largest circle within places (h, w) of a page."""
+    if not places.any():
+        return 0.0
     padded = np.pad(places, 1).astype(np.uint8)
     return 2.0 * float(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi
