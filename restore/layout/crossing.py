@@ -52,14 +52,14 @@ def _strip(fine: FlatMesh, place: Floats) -> tuple[NDArray[np.float32] | None, F
     """(h, w, 2) texture pixels of a strip along the spine, made straight; (w,) mm from the spine. None off the page."""
     corner = np.array([fine.flat[:, 0].min(), fine.flat[:, 1].max()])
     down = corner[1] - fine.flat[:, 1]
-    beside = fine.flat[:, 0] - corner[0] - np.interp(down, place[:, 1], place[:, 0])
-    corners = beside[fine.faces]
+    from_spine = fine.flat[:, 0] - corner[0] - np.interp(down, place[:, 1], place[:, 0])
+    corners = from_spine[fine.faces]
     faces = fine.faces[(corners.min(axis=1) <= REACH_MM) & (corners.max(axis=1) >= -REACH_MM)]
     if len(faces) == 0:
         return None, np.empty(0)
-    used, faces = compact(np.arange(len(beside)), faces)
+    used, faces = compact(np.arange(len(from_spine)), faces)
     assert fine.texcoords is not None
-    flat = np.column_stack([beside[used], -down[used]])
+    flat = np.column_stack([from_spine[used], -down[used]])
     strip = page_map(flat, faces, fine.texcoords[used], DPI)
     across = flat[:, 0].min() + (np.arange(strip.shape[1]) + 0.5) * MM_PER_INCH / DPI
     kept = np.abs(across) <= REACH_MM

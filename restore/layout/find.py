@@ -26,7 +26,7 @@ from restore.scan import Floats, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
 from restore.texture.page import MM_PER_INCH, page_map
 
-WALL = 4.0  # samples: the walls of a gutter beside its crease
+WALL = 4.0  # samples: the walls of a gutter next to its crease
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,7 @@ class Spine:
     place       (n, 2) mm on the flat page from its upper left corner, x right, y down, from head to tail.
     sigma_mm    standard deviation of its place.
     turn_deg    turn of the surface across it, negative for a valley.
-    beyond_deg  turn of the surface beside it, positive where the pages arch back.
+    beyond_deg  turn of the surface next to it, positive where the pages arch back.
     other_deg   greatest turn elsewhere, of a valley or a ridge, in the median of the bands.
     bands       fraction of the height in which it is found.
     lean_deg    from the direction of the page's sides.

@@ -41,7 +41,7 @@ HALF = 0.5  # of a sample: between one in a hole and one on the paper the edge i
 
 @dataclass(frozen=True, eq=False)
 class FacetSheet(Prepared):
-    """A page on a range grid: facets tell its points, lengths and normals everywhere.
+    """A page on a range grid: facets give its points, lengths and normals everywhere.
 
     erased      (rows, cols) True where paper is removed by hand.
     rotate_deg  clockwise, by which the flat page is turned by hand.

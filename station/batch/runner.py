@@ -92,6 +92,6 @@ def run_batch(
 
 
 def _place_of_report(output: Path) -> Path:
-    """Where the report is written: beside a folder of results that has its name, as the source may."""
+    """Where the report is written: next to a folder of results that has its name, as the source may."""
     names = chain([REPORT], (f"report-{number}.html" for number in count(2)))
     return next(path for name in names if not (path := output / name).is_dir())

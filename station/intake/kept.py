@@ -1,4 +1,4 @@
-"""What planning has found, kept beside the results: the next start looks at what has changed, and at nothing else.
+"""What planning has found, kept with the results: the next start looks at what has changed, and at nothing else.
 
 Nothing depends on the file: without it, or when it is damaged, everything is looked at again.
 """

@@ -26,7 +26,7 @@ DECLARATION = b"BagIt-Version: 1.0\nTag-File-Character-Encoding: UTF-8\n"
 def fixed_files(first: Event) -> dict[str, bytes]:
     """bagit.txt and bag-info.txt: functions of the first event, which says what the session is of."""
     volume = first.facts.get("volume")
-    volume = volume if isinstance(volume, dict) else {}  # of a damaged record, which is told of where it is read
+    volume = volume if isinstance(volume, dict) else {}  # of a damaged record, which is reported where it is read
     info = {
         "Bag-Software-Agent": first.software,
         "Bagging-Date": first.time[:10],

@@ -33,7 +33,7 @@ class Reproduced:
 
     @property
     def reason(self) -> str:
-        """Why it may differ: the program that wrote the record beside this one; empty when it is the same."""
+        """Why it may differ: the program that wrote the record, and this one; empty when it is the same."""
         now = software_version()
         if (self.event.format, self.event.software) == (FORMAT, now):
             return ""

@@ -95,7 +95,7 @@ def record_run(
 ) -> Event:
     """Record a stage's run on the result of another event, and return its event.
 
-    parameters  all that the run depends on beside its input; `reproduce` uses them.
+    parameters  all that the run depends on in addition to its input; `reproduce` uses them.
     result      JSON values that follow from input and parameters: `reproduce` must find the same.
     files       a folder of `staging` with the run's files, which `reproduce` must write again to the byte.
     facts       what does not follow from them: seconds, memory.

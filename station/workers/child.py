@@ -63,7 +63,7 @@ def _answer_calls(connection: int, lifeline: int) -> int:
 def answer(call: tuple[Any, tuple[Any, ...]]) -> tuple[str, Any]:
     """The value of a function called with arguments, or the fault that it raised: `value`, `memory` or `fault`.
 
-    A full memory is told apart: it is the process that has too little.
+    A full memory is distinguished: it is the process that has too little.
     """
     function, arguments = call
     try:
