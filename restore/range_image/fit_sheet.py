@@ -36,7 +36,7 @@ def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION, cut_out
 
 
 def fit_again(sheet: Sheet, inverse_depth: Floats, signal: Floats | None, radius: int = WIDE_RADIUS) -> Sheet:
-    """The sheet with facets that are fitted to other inverse depths (rows, cols) of the same samples.
+    """Fit the facets of a sheet to other inverse depths (rows, cols) of its samples.
 
     signal (rows, cols): as `laser_signal` gives it; radius: samples, of the wide window.
     """
@@ -45,7 +45,7 @@ def fit_again(sheet: Sheet, inverse_depth: Floats, signal: Floats | None, radius
 
 
 def measured_inverse_depth(points: Floats, samples: Mask) -> Floats:
-    """(rows, cols) 1/mm: inverse depth of the samples (rows, cols) of points (rows, cols, 3) mm, NaN elsewhere."""
+    """Return inverse depths (rows, cols) 1/mm of points (rows, cols, 3), NaN off samples."""
     return np.where(samples, -1.0 / np.where(samples, points[..., 2], -1.0), np.nan)
 
 

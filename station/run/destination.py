@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from restore import Finding
+from restore import Finding, RestoredPage
 from station.export import outputs
 from station.run.options import RunOptions
 
@@ -21,9 +21,9 @@ class Destination:
     folder: Path
     force: bool = False
 
-    def files(self, stem: str, options: RunOptions, *, colour: bool = True) -> list[Path]:
-        """The files that a run writes, the report last. colour: whether the scan has a colour image."""
-        return [self.folder / name for name in outputs.names(stem, options.outputs, colour=colour)]
+    def files(self, stem: str, options: RunOptions, page: RestoredPage | None = None) -> list[Path]:
+        """The files that a run writes, the report last; of a page those that it has contents for."""
+        return [self.folder / name for name in outputs.names(stem, options.outputs, page)]
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,8 @@ class RunOptions:
 
     def with_implied_outputs(self) -> RunOptions:
         """The options with the outputs that they imply: the master when light or colours change, the coverage when
-        hidden places are filled."""
+        hidden places are filled, the map of the uncertainty when it is estimated."""
         changed = self.settings.shading == "remove" or self.settings.white_balance != "keep" or self.to_srgb
         implied = {"master": changed, "coverage": self.settings.inpaint_mm > 0}
+        implied["uncertainty"] = self.settings.uncertainty
         return replace(self, outputs=self.outputs | {kind for kind, on in implied.items() if on})

@@ -80,7 +80,7 @@ def unbiased(slope: Floats, sound: Mask, radius: int = WIDE_RADIUS) -> Floats:
 
 
 def cubic_biases(radius: int) -> tuple[float, float]:
-    """Slopes in x at the centre of the quadratics that fit x³/6 and x·y²/2 best in a window; the true ones are 0."""
+    """Return the slopes in x of the quadratics that fit x³/6 and x·y²/2; true ones are 0."""
     second_moment = radius * (radius + 1) / 3
     fourth_over_second = (3 * radius * (radius + 1) - 1) / 5
     return fourth_over_second / 6, second_moment / 2
