@@ -62,7 +62,10 @@ def edited_leaves(inspected: Inspected, edits: PageEdits) -> Leaves:
 
 
 def _unused(edits: PageEdits, parts: list[str]) -> tuple[Finding, ...]:
-    """A finding for each part that is corrected and that the scan does not give, unless another has the same."""
+    """Report each part that is corrected and that the scan does not give.
+
+    One with the corrections of another part is not reported.
+    """
     used = [edits.part(name) for name in parts]
     names = [name for name, part in edits.parts.items() if name not in parts and part not in [PartEdits(), *used]]
     return tuple(Finding.of("part_not_found", part=name, parts=", ".join(parts)) for name in names)

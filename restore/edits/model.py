@@ -137,7 +137,7 @@ class PageEdits(BaseModel):
         return dict(_rounded(self.model_dump(mode="json", exclude_unset=True)))
 
     def of_image(self) -> dict[str, Any]:
-        """What of the corrections changes the restored page, as JSON values; empty where nothing does.
+        """Return what of the corrections changes the image, as JSON values.
 
         >>> PageEdits(note="later", by=By(operator="A. B."), parts={"page": PartEdits(label="7")}).of_image()
         {}

@@ -129,12 +129,12 @@ class Volume:
 
     @property
     def files(self) -> Iterator[StoredFile]:
-        """The files of all pages, in their order; one of several pages, as the scan of two leaves, comes once."""
+        """The files of all pages, in their order; one of several pages comes once."""
         return iter({file.name: file for page in self.pages for file in page.files}.values())
 
 
 def missing(volume: Volume, *wanted: Role) -> list[str]:
-    """A line for each page that lacks a file of one of the roles `wanted` or has a problem, and for gaps."""
+    """List pages without a file of the roles `wanted`, with a problem, and gaps."""
     numbers = {page.number for page in volume.pages}
     gaps = set(range(1, max(numbers, default=0) + 1)) - numbers
     lines = [f"page {number}: not captured" for number in sorted(gaps)]

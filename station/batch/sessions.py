@@ -39,9 +39,10 @@ ERROR = "error"  # in the result of a run that has no page
 
 @dataclass(frozen=True)
 class SessionTask:
-    """A page to restore: its scan, the parameters of the stage, the empty folder for its files, bytes of the scan.
+    """A page to restore.
 
-    inputs: the corrections that the parameters follow from.
+    source  its scan. folder: an empty one for its files. size: bytes of the scan.
+    inputs  the corrections that the parameters follow from.
     """
 
     session: str
@@ -116,7 +117,7 @@ class SessionBatch:
                 yield _outcome(writer.session, leaf)
 
     def settle(self, task: SessionTask, done: SessionDone, batch: Done) -> Event:
-        """Record and judge what became of a page. batch: how far it is."""
+        """Record what became of a page, and its verdict. batch: how far it is."""
         writer = self._writers[task.session]
         name = f"{writer.session.volume.title}, page {task.page}"
         event = _record(writer, task, done.run)
@@ -130,7 +131,7 @@ class SessionBatch:
 
 
 def plan_session(name: str, writer: Writer, options: RunOptions) -> Iterator[SessionTask]:
-    """The pages of a session that have a scan and no restoration of it as they are corrected now."""
+    """Plan the pages that are not restored as they are corrected now."""
     session = writer.session
     preset, rules = _preset(preset_of(session), options), rules_of(session)
     for page in session.history.pages():
@@ -186,5 +187,5 @@ def _outcome(session: Session, leaf: Leaf) -> PageOutcome:
         (*concerns(leaf.checks), *texts_of(report)),
         (size[0], size[1]),
         float(seconds.get("total", 0.0)) if isinstance(seconds, dict) else 0.0,
-        worst([check["level"] for check in leaf.checks]) if leaf.is_judged else "",
+        worst([check["level"] for check in leaf.checks]) if leaf.is_checked else "",
     )

@@ -44,7 +44,7 @@ ERASE = "\b\x7f"  # what terminals send for backspace
 
 @dataclass(frozen=True)
 class Done:
-    """A restoration that has ended: of which scan, with which parameters, with its files in a folder.
+    """A restoration that has ended, of a scan, with its files in a folder.
 
     inputs: the corrections that the parameters follow from.
     """
@@ -159,7 +159,7 @@ class CaptureLoop:
         self.catch_up()
 
     def catch_up(self) -> None:
-        """Restore each page that is not restored as it is corrected now, judge each that is not judged."""
+        """Restore pages that are not as they are corrected, and check the others."""
         rules = rules_of(self.writer.session)
         for page in list(self.writer.history.pages()):
             self._continue(page, rules)

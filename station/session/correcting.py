@@ -1,4 +1,7 @@
-"""Corrections made, taken back and brought back; an earlier restoration that fits is shown again, nothing computed."""
+"""Make corrections, undo and redo them.
+
+A restoration that was made with the same corrections is shown again; nothing is computed.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,10 @@ def correct(writer: Writer, page: int, edits: Mapping[str, Any] | None) -> Event
 
 
 def add_rule(writer: Writer, scope: Scope, edits: Mapping[str, Any]) -> Event:
-    """Record one more rule, which wins over those before it, and return the event. Raises BadInput, OSError."""
+    """Record one more rule, which wins over those before it.
+
+    Raises BadInput, OSError.
+    """
     rules = [rule.model_dump(mode="json") for rule in rules_of(writer.session)]
     if len(rules) >= MAX_RULES:
         raise BadInput(f"the volume has {len(rules)} rules, as many as it can", "correct the pages that are left")
@@ -44,21 +50,23 @@ def add_rule(writer: Writer, scope: Scope, edits: Mapping[str, Any]) -> Event:
 
 
 def undo(writer: Writer) -> Event | None:
-    """Take back the operator's last step, as `steps.undo`, and show the restorations that fit."""
+    """Undo the operator's last step, and show the restorations that fit."""
     step = steps.undo(writer)
     show_fitting(writer, step)
     return step
 
 
 def redo(writer: Writer) -> Event | None:
-    """Bring back the step that was taken back last, as `steps.redo`, and show the restorations that fit."""
+    """Redo the step undone last, and show the restorations that fit."""
     step = steps.redo(writer)
     show_fitting(writer, step)
     return step
 
 
 def show_fitting(writer: Writer, step: Event | None = None) -> None:
-    """Let every page that was restored as it is corrected now name that restoration; nothing is computed.
+    """Show the restorations that were made with the present corrections.
+
+    Nothing is computed.
 
     step: that was taken back or brought back; one that corrects nothing changes no page.
     """
@@ -74,7 +82,7 @@ def show_fitting(writer: Writer, step: Event | None = None) -> None:
 
 
 def _fitting(writer: Writer, page: Page, rules: list[Rule]) -> Iterator[Event]:
-    """The restorations of a page's scan that were made with its present corrections, the latest first."""
+    """Find restorations of a page's scan with its corrections, latest first."""
     assert page.capture is not None
     edits, slot = effective_edits(writer.session, page, rules), slot_of(RESTORE, page.capture)
     for event in reversed(writer.history.events):

@@ -1,4 +1,4 @@
-"""Corrections in a session: those of a page, rules for many pages, and what follows from both for a restoration.
+"""Derive from corrections and rules how a page is to be restored.
 
 Corrections of a page hang on its scan (`edits@5`), rules on the volume (`rules`). What a page is restored with is its
 preset, then the rules in their order, then its own corrections: later ones win, field by field.
@@ -58,7 +58,7 @@ def effective_edits(session: Session, page: Page, rules: Sequence[Rule] | None =
 
 
 def parameters_of(session: Session, page: Page, preset: Preset | None = None) -> dict[str, Any]:
-    """The parameters of a restoration of a page as it is now: those of the preset, and its corrections.
+    """Return the parameters of a restoration of a page as it is now.
 
     preset: in place of the session's own.
     """

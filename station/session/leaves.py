@@ -1,4 +1,7 @@
-"""The leaf sides of a volume: what a reader turns to, one part of one scan each, in their order with their labels."""
+"""List the leaf sides of a volume, in their order, with their labels.
+
+A leaf side is what a reader turns to: one part of one scan.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ class Leaf:
     page      the page that it is a part of. part: page, left or right.
     position  in the volume, from 1.
     labels    none where it is not counted, two for a spread that stays whole.
-    kind      of what the scan shows, as of `PageEdits`; empty where nobody said.
+    kind      of what the scan shows, as of `PageEdits`; empty where it was not set.
     report    of its restoration; empty without one.
     """
 
@@ -49,14 +52,14 @@ class Leaf:
         return DASH.join(filter(None, self.labels))
 
     @property
-    def is_judged(self) -> bool:
+    def is_checked(self) -> bool:
         """Whether its quality was checked."""
         return VERDICT in self.page.runs and "measures" in self.report
 
     @property
     def checks(self) -> list[Mapping[str, Any]]:
         """The quality checks of this part."""
-        if not self.is_judged:
+        if not self.is_checked:
             return []
         checks = self.page.runs[VERDICT].facts["result"]["checks"]
         return [check for check in checks if check.get("part", self.part) == self.part]
@@ -103,7 +106,10 @@ def _numbered(leaves: Sequence[Leaf], preset: Preset) -> Iterator[tuple[str, int
 
 
 def _decided(leaf: Leaf, preset: Preset, place: int | None) -> Leaf:
-    """A leaf with the label and the side that were decided. place: in the count of labels, None without one."""
+    """Give a leaf the label and the side that were decided.
+
+    place: in the count of labels, None without one.
+    """
     label = leaf.decided("label", None)
     side = leaf.part if leaf.part != PAGE else leaf.decided("side", "" if place is None else preset.side(place))
     labels = leaf.labels if label is None else (str(label),)
@@ -111,7 +117,7 @@ def _decided(leaf: Leaf, preset: Preset, place: int | None) -> Leaf:
 
 
 def _is_spread(kind: str, part: str, report: Mapping[str, Any]) -> bool:
-    """Whether a page is two leaf sides that stay whole: as an operator said, or as print runs over its spine."""
+    """Whether a page is two leaf sides, as was set or by print over its spine."""
     found = report.get("findings", ())
     codes = {one.get("code") for one in found if isinstance(one, dict)} if isinstance(found, list | tuple) else set()
     return part == PAGE and (kind in SPREADS or (not kind and "print_over_spine" in codes))

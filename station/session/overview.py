@@ -72,5 +72,5 @@ def _page(session: Session, parts: Sequence[Leaf], position: int, outdated: bool
 
 
 def _part(leaf: Leaf) -> dict[str, Any]:
-    level = worst([check["level"] for check in leaf.checks]) if leaf.is_judged else ""
+    level = worst([check["level"] for check in leaf.checks]) if leaf.is_checked else ""
     return {"part": leaf.part, "name": leaf.name, "label": leaf.label, "side": leaf.side, "level": level}

@@ -1,4 +1,7 @@
-"""Stages of a page, and the parts of a restoration: the whole page of a scan, or its leaves left and right."""
+"""Name the stages of a page, and the parts of a restoration.
+
+A part is the whole page of a scan, or one of its leaves.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +17,9 @@ Report = Mapping[str, Any]
 
 
 def parts_of(result: Report) -> dict[str, Report]:
-    """Part → report, of the result of a restoration: one for a page, two for the leaves of an opened book.
+    """Return part → report, of the result of a restoration.
 
-    A whole that is kept next to its leaves is none of them.
+    A whole that is kept next to its leaves is left out.
 
     >>> parts_of({"part": "right"}), list(parts_of({"parts": {"left": {}, "right": {}, "page": {}}}))
     ({'right': {'part': 'right'}}, ['left', 'right'])

@@ -1,4 +1,4 @@
-"""Corrections as events hold them: those of a page, and rules for many pages. Their checks, and how they add up."""
+"""Define corrections as events hold them: of a page, and rules for many."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Rule(BaseModel):
     edits: Annotated[dict[str, Any], AfterValidator(_checked)]
 
     def is_on(self, capture: Event, history: History) -> bool:
-        """Whether the rule is on a page with this scan: on that scan, or on one that it was captured in place of."""
+        """Whether the rule is on a page, by its scan or one of its earlier scans."""
         shots = list(_shots(capture, history))
         later = self.scope.future and shots[-1] > self.id
         if self.scope.captures == "all":
@@ -75,7 +75,9 @@ RULES_TABLE: TypeAdapter[list[Rule]] = TypeAdapter(Annotated[list[Rule], Field(m
 
 
 def merged(under: Table, over: Table) -> dict[str, Any]:
-    """Corrections with others on top, field by field; masks add up, and an empty list takes them away.
+    """Merge corrections, those on top winning field by field.
+
+    Masks add up, and an empty list takes them away.
 
     >>> merged({"layout": "whole", "parts": {"page": {"turn": 1}}}, {"parts": {"page": {"rotate_deg": 0.5}}})
     {'layout': 'whole', 'parts': {'page': {'turn': 1, 'rotate_deg': 0.5}}}

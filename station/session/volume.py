@@ -32,7 +32,7 @@ class Volume(BaseModel):
     preset_values: dict[str, Any] = {}
 
     def facts(self) -> dict[str, Any]:
-        """The facts of the event that the session begins with, which programs without the ADDED values read as well.
+        """Return the facts of the first event, with ADDED values apart.
 
         >>> Volume(title="A", preset_values={"layout": "auto"}).facts()["layout"]
         'auto'

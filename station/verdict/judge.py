@@ -51,7 +51,7 @@ ASKED: Limits = (0.5, 1.5)  # of the number of such findings: one is amber
 
 @dataclass(frozen=True)
 class Check:
-    """One measure beside its limits. text: for the operator. part: of the page, empty for the whole."""
+    """One measure and its limits. part: of the page, empty for the whole."""
 
     name: str
     level: Level
@@ -63,7 +63,7 @@ class Check:
 
 
 def questions(report: Mapping[str, Any]) -> list[Check]:
-    """The findings of a report that an operator has to answer; none where it was changed into something else."""
+    """Return the findings of a report that an operator has to answer."""
     found: list[Finding] = []
     with suppress(ValueError):
         found = [one for one in Finding.all_in(report) if one.code in QUESTIONS]
