@@ -116,7 +116,7 @@ class Scanner(Protocol):
 
 @runtime_checkable
 class Turner(Protocol):
-    """What a scanner has besides, whose leaves are turned by a robot; without it the operator turns them."""
+    """Turns leaves: of a scanner with a robot. Without one the operator turns them."""
 
     def turn_to(self, opening: int, attempt: int) -> None:
         """Turn the leaves until an opening of the volume, counted from 0, lies before the scanner.

@@ -1,4 +1,4 @@
-"""A simulated volume whose leaves are turned: which opening lies before the scanner, and how it is seen."""
+"""Turn the leaves of a simulated volume: which opening is before the scanner."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Presented(NamedTuple):
 def presented(book: Sequence[OpeningConfig], opening: int, attempt: int) -> Presented:
     """What a capture of an opening shows, which was captured `attempt` times before.
 
-    After the last opening there is no leaf to turn: it stays where it is.
+    After the last opening nothing is turned.
     """
     opening = min(opening, len(book) - 1)
     first_shot = "good" if attempt else book[opening].first_shot

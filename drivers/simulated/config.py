@@ -47,7 +47,7 @@ FirstShot = Literal["good", "not turned", "out of focus"]
 
 
 class OpeningConfig(SceneConfig):
-    """One of `[[scanner.book]]`: what lies before the scanner when the leaves are turned to it.
+    """One of `[[scanner.book]]`: an opening to which the leaves can be turned.
 
     lies        what lies there, in words.
     kind        of it; `blank` for an opening without print.

@@ -107,7 +107,7 @@ def _body(wanted: ScannerConfig) -> Calibration:
 
 
 def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Vivid900:
-    """The scanner that the `[scanner]` table of a station configuration describes; before a book, a Turner.
+    """Open the scanner of the `[scanner]` table of a configuration; with a book, a Turner.
 
     now  clock for the time noted with each scan.
     Raises SettingsError when a setting is not known or not possible.

@@ -1,4 +1,4 @@
-"""Which opening a scanner that turns leaves is to show: derived from the session, so that nothing else is kept.
+"""Find which opening a scanner that turns leaves is to show: the session alone says.
 
 A server that was killed goes on at the right leaf. A page that was added without the scanner counts as an opening, too.
 """
@@ -20,7 +20,7 @@ class Place(NamedTuple):
 
 
 def place_of(history: History, page: int | None) -> Place:
-    """Return the place of the next capture of a page; for None that of a new page, wherever it is inserted.
+    """Return the place of the next capture of a page; None: of a new one, even if inserted.
 
     >>> place_of(History(), None)
     Place(opening=0, attempt=0)
@@ -37,6 +37,6 @@ def stay(_place: Place) -> None:
 
 
 def turn(scanner: Scanner, place: Place) -> None:
-    """Turn the leaves to a place, where the scanner does; else the operator has turned them. Raises ScannerError."""
+    """Turn the leaves to a place, where the scanner does. Raises ScannerError."""
     if isinstance(scanner, Turner):
         scanner.turn_to(*place)

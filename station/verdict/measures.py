@@ -17,7 +17,7 @@ from station.verdict.same_page import fingerprint
 MM_PER_INCH = 25.4
 STRONGEST = 0.02  # share of the page's pixels whose gradient is that of an edge: print covers five per cent and more
 REACH_PX = 4  # within which an edge of up to two pixels' spread has risen: two standard deviations
-# of the page's smaller side, left and right: what the light does in a gutter is no edge. Print keeps off it.
+# of the page's smaller side, at each border: there light that falls off in a gutter looks like an edge
 MARGIN = 1 / 12
 FLAT_LEVELS = 24.0  # grey levels that an edge must rise by: several times the sensor's noise
 PRE_SMOOTH_PX = 0.7  # before differences are taken, and taken out of the result: the sensor's noise is no edge

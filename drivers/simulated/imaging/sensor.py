@@ -83,7 +83,7 @@ def quantise(pitch: Floats, signal: Floats) -> Sums:
 
 
 class SceneSensor:
-    """The sensor of a body looking at a scene. Noise differs from shot to shot and repeats with the seed.
+    """The sensor of a body before a scene. Noise differs by shot, and repeats with the seed.
 
     blur_px  of the colour image.
     """

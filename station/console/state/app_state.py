@@ -294,7 +294,7 @@ class AppState:
             self.scanner.settings = settings.capture_settings(self.scanner.configured, self._changes())
 
     def _present(self) -> Place:
-        """The place that lies before the scanner: that of the current page, the first where there is none."""
+        """Return the place of the current page; the first opening before there is any."""
         opened = self.open_session
         page = None if opened is None else opened.page
         return Place(0, 0) if opened is None or page is None else place_of(opened.session.history, page)

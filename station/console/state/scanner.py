@@ -101,7 +101,7 @@ class ScannerOwner:
         return self._thread.submit(self._capture, self.settings).result()
 
     def turn(self, place: Place) -> None:
-        """Have the leaves turned to a place, where the scanner turns them, and wait. Raises ScannerError."""
+        """Have the leaves turned, where the scanner turns them. Raises ScannerError."""
         self._thread.submit(self._turn, place).result()
 
     def preview(self, place: Place) -> Future[RangeScan]:

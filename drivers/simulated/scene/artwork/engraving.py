@@ -1,4 +1,4 @@
-"""A copperplate engraving: hills in contour lines within a frame, and their names. A map, or a plate of a book."""
+"""A copperplate engraving, as of a map: hills in contour lines, and their names."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NAME_MM = 40.0  # room for a name
 
 @parameters
 class Engraving:
-    """Contour lines from edge to edge of a double frame, with names: lines everywhere, and no dark area.
+    """Contour lines from edge to edge of a frame, with names; without dark areas.
 
     margin_mm  from the edge of the page to the frame.
     seed       of the hills and of the places of their names.
@@ -59,7 +59,7 @@ class Engraving:
 
 
 def _hills(random: np.random.Generator, height: int, width: int) -> Floats:
-    """(height, width): the height of a landscape of round hills."""
+    """Return the heights (height, width) of a landscape of round hills."""
     y, x = np.mgrid[:height, :width].astype(np.float32) / height
     ground = np.zeros((height, width), np.float32)
     for _ in range(HILLS):
