@@ -1,7 +1,8 @@
-"""The page of a surface that is not developable: no inverted face, the least symmetric Dirichlet energy.
+"""The least distorted page of a surface that is not developable.
 
-Scalable locally injective mapping (Rabinovich, Poranne, Panozzo & Sorkine-Hornung 2017, in libigl) from Tutte's
-embedding on a circle, which inverts no face of a disc. It knows the faces in space alone, no other lengths.
+Without inverted faces and with the least symmetric Dirichlet energy, by scalable locally injective mapping (Rabinovich,
+Poranne, Panozzo & Sorkine-Hornung 2017, in libigl) from Tutte's embedding on a circle, which inverts no face of a disc.
+It knows the faces in space alone, no other lengths.
 """
 
 from __future__ import annotations
@@ -22,7 +23,10 @@ STILL = 1e-4  # of its size the page moves in an iteration, rms: it is then with
 
 
 def least_distorted_page(vertices: Floats, network: Network) -> Solution:
-    """Flat positions (n, 2) mm of a disc with vertices (n, 3) mm, no face inverted, at the scale of the surface."""
+    """Flatten a disc without inverted faces, at the scale of the surface.
+
+    vertices: (n, 3) mm. Returns flat positions (n, 2) mm.
+    """
     import igl
 
     faces = network.faces
@@ -41,7 +45,10 @@ def least_distorted_page(vertices: Floats, network: Network) -> Solution:
 
 
 def slim(vertices: Floats, faces: Ints, start: Floats, step: int) -> Iterator[Floats]:
-    """The page (n, 2) after each `step` iterations, without end, from a start (n, 2) without inverted faces."""
+    """Yield the page (n, 2) after each `step` iterations, without end.
+
+    start: (n, 2), without inverted faces.
+    """
     import igl
 
     data = igl.slim_precompute(
@@ -58,9 +65,12 @@ def slim(vertices: Floats, faces: Ints, start: Floats, step: int) -> Iterator[Fl
 
 
 def embedded(edges: Ints, count: int, held: Ints, places: Floats) -> Floats:
-    """(count, 2) Tutte's embedding: each vertex at the mean of its neighbours, the held ones (k,) at places (k, 2).
+    """Return Tutte's embedding: each vertex at the mean of its neighbours.
 
     Where the held vertices are the border of a disc, in order round a convex curve, no face is inverted (Tutte 1963).
+    held: (k,).
+    places: (k, 2), of the held ones.
+    Returns (count, 2).
     """
     a, b = edges.T
     joined = csc_matrix((np.ones(2 * len(a)), (np.r_[a, b], np.r_[b, a])), shape=(count, count))
