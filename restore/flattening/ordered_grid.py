@@ -30,11 +30,11 @@ from restore.numerics.robust import robust_sigma
 from restore.page import FlatMesh
 from restore.scan import Floats, Ints, Mask, SurfaceMesh
 
-MOST_NODES = 20_000  # solved in seconds; a page of two million points is smooth between these
-MOST_SLOPE = 3e-3  # of a link between nodes, from noise: it is too long by half the square, 5 µm in a metre
-LEAST_REACH = 2  # points to either side of a node: fewer do not determine a quadratic patch at the border
+MAX_NODES = 20_000  # solved in seconds; a page of two million points is smooth between these
+MAX_SLOPE = 3e-3  # of a link between nodes, from noise: it is too long by half the square, 5 µm in a metre
+MIN_REACH = 2  # points to either side of a node: fewer do not determine a quadratic patch at the border
 JUMP_SIGMAS = 10.0  # beyond the median link: none of millions is so long by chance
-LEAST_JUMP = 1.25  # of the median link, on a regular grid: the next winding is three quarters of a link away
+MIN_JUMP = 1.25  # of the median link, on a regular grid: the next winding is three quarters of a link away
 SAMPLED_ROWS = 200  # enough for the noise, by fourth differences: the bend of the surface is gone in them
 FOURTH = sqrt(1.0 + 16.0 + 36.0 + 16.0 + 1.0)  # standard deviations of the noise, in a fourth difference
 NO_LENGTH = 1e-3  # of the mean edge
@@ -163,7 +163,7 @@ def typical_links(points: Floats) -> list[tuple[float, float]]:
         lengths = lengths[np.isfinite(lengths)]
         middle = float(np.median(lengths)) if len(lengths) else 0.0
         spread = robust_sigma(lengths - middle) if len(lengths) else 0.0
-        found.append((max(middle, TINY), max(middle + JUMP_SIGMAS * spread, LEAST_JUMP * middle)))
+        found.append((max(middle, TINY), max(middle + JUMP_SIGMAS * spread, MIN_JUMP * middle)))
     return found
 
 
@@ -190,8 +190,8 @@ def node_step(points: Floats, link: float) -> int:
     fourth = np.diff(points[:: max(len(points) // SAMPLED_ROWS, 1)], 4, axis=1)
     fourth = fourth[np.isfinite(fourth)]
     noise = robust_sigma(fourth) / FOURTH if len(fourth) else 0.0
-    step = max(ceil(sqrt(points.shape[0] * points.shape[1] / MOST_NODES)), 1)
-    while noise > MOST_SLOPE * step * (2 * step + 1) * link and 2 * step < min(points.shape[:2]):
+    step = max(ceil(sqrt(points.shape[0] * points.shape[1] / MAX_NODES)), 1)
+    while noise > MAX_SLOPE * step * (2 * step + 1) * link and 2 * step < min(points.shape[:2]):
         step += 1
     return step
 
@@ -207,7 +207,7 @@ def _lines(count: int, step: float) -> Ints:
 def _fitted(points: Floats, pieces: Ints, step: int) -> Nodes:
     rows, cols = (_lines(count, step) for count in pieces.shape)
     sizes = np.bincount(pieces.ravel())[pieces]
-    return Nodes(rows, cols, *fit_patches(points, pieces, sizes, rows, cols, max(step, LEAST_REACH)))
+    return Nodes(rows, cols, *fit_patches(points, pieces, sizes, rows, cols, max(step, MIN_REACH)))
 
 
 def _page_of(nodes: Nodes, sheet: Mask, along: float, down: float) -> FlatMesh:

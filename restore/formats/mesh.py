@@ -26,7 +26,7 @@ MAX_ITEMS = 6 * MAX_SAMPLES
 MAX_FACES = 3 * 2**20
 MAX_CORNERS = 256  # of a face; scanners write triangles and quads, editors no more than some dozens
 Numbers = NDArray[np.int32]  # of vertices or corners, half as large as Ints
-MOST_BROKEN = 0.5  # of the faces may have a vertex that is not a number
+MAX_BROKEN = 0.5  # of the faces may have a vertex that is not a number
 MAX_TEXCOORD = 100.0  # tiles of a picture that repeats; UDIM has ten in a row, and files few rows
 
 
@@ -94,7 +94,7 @@ def _finite_faces(path: Path, vertices: Floats, faces: Ints) -> tuple[Ints, list
     if not broken.any():
         return faces, []
     lost: Mask = np.any(broken[faces], axis=1)
-    if lost.sum() > MOST_BROKEN * len(lost):
+    if lost.sum() > MAX_BROKEN * len(lost):
         first = int(np.argmax(broken))
         x, y, z = vertices[first]
         raise BadInput(f"{path}: vertex {first} lies at ({x:g}, {y:g}, {z:g}) mm, and most faces have such", DAMAGED)

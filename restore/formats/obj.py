@@ -32,7 +32,7 @@ MAX_LIBRARIES = 16  # a scan has one
 LARGE_MESH = 1000  # vertices: more than in files written by hand
 UNUSED_TAIL = 0.01  # of the vertices: the faces of a truncated file do not reach its last vertices
 # Of the vertices: where the faces use fewer, though the last line has an end, more were lost than an editor deletes.
-LEAST_USED = 0.5
+MIN_USED = 0.5
 UNMOVED = {b"-s": 1.0, b"-o": 0.0}  # scale and offset that leave the texture coordinates as they are
 MAPS = (b"map_kd", b"map_ka", b"map_ke")
 _COMMAS = re.compile(rb"^[ \t]*v[ \t]+[-+]?\d*,\d", re.MULTILINE)
@@ -113,7 +113,7 @@ def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> tupl
         raise BadInput(f"{path} seems cut short: its last face is not complete", CUT_SHORT)
     share = (int(faces.max()) + 1) / len(text.vertices)
     large, ended = len(text.vertices) >= LARGE_MESH, data.endswith(b"\n")
-    if share < (LEAST_USED if large and ended else 0.0 if ended else 1.0):
+    if share < (MIN_USED if large and ended else 0.0 if ended else 1.0):
         raise BadInput(f"{path} seems cut short: its faces use the first {share:.0%} of its vertices", CUT_SHORT)
     if large and share < 1.0 - UNUSED_TAIL:
         return (Finding.of("unused_vertices", share),)

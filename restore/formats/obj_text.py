@@ -22,7 +22,7 @@ MAX_NAMES = 1000  # of materials, and of material files; a scan has one of each
 EXACT_DIGITS = 2**53  # whole numbers below are exact in float64, and so is their product …
 EXACT_POWER = 22  # … with or quotient by a power of ten up to this one (W. Clinger, PLDI 1990)
 POWERS = 10.0 ** np.arange(EXACT_POWER + 1)
-LEAST_VERTEX_BYTES = len(b"v 0 0 0\n")  # more vertex lines than fit would take many times the memory of the file
+MIN_VERTEX_BYTES = len(b"v 0 0 0\n")  # more vertex lines than fit would take many times the memory of the file
 VALUES = 6  # x y z r g b: more numbers on a line are left out
 KINDS = VERTEX, TEXCOORD, FACE, LIBRARY, MATERIAL = range(5)
 NUMBER_FAULT, CORNER_FAULT, INDEX_FAULT, COUNT_FAULT = 1, 2, 3, 4
@@ -62,7 +62,7 @@ def parse_obj(path: Path, data: bytes) -> ObjText:
     counted = in_threads(lambda part: _count(text[part]), parts)
     counts = np.array([sizes for sizes, _, _ in counted])
     before, sizes = np.cumsum(counts, axis=0) - counts, counts.sum(axis=0)
-    if sizes[VERTEX] * LEAST_VERTEX_BYTES > len(text):
+    if sizes[VERTEX] * MIN_VERTEX_BYTES > len(text):
         raise BadInput(f"{path}: a vertex has fewer than three coordinates", DAMAGED)
     check_counts(path, sizes[VERTEX], max(sizes[-1] - 2 * sizes[FACE], 0))
     vertices, colours = np.empty((sizes[VERTEX], 3)), np.empty((sizes[VERTEX], 3), np.float32)

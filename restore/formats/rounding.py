@@ -20,9 +20,9 @@ from restore.scan import Floats, SurfaceMesh, with_findings
 
 SINGLE = 1e-6  # of the largest coordinate: single precision and what is computed in it, ten of its last places
 OF_MEAN_EDGE = 1e-3  # no program means two places that are nearer to each other
-MOST_DECIMALS = 6
+MAX_DECIMALS = 6
 SHORTER = 0.05  # of the edges are shorter than the one that limits what is rounding
-MOST_OF_EDGE = 0.1  # of that edge: farther apart, two vertices may be two places
+MAX_OF_EDGE = 0.1  # of that edge: farther apart, two vertices may be two places
 GAP = 2.0  # no distance lies between the largest that is rounding and so many times it
 SAMPLE = 20_000  # vertices that tell how many lie near each other
 CROWDED = 64  # vertices near one: what has more is a cloud of triangles, where nothing tells which belong together
@@ -40,7 +40,7 @@ def joined_by_rounding(mesh: SurfaceMesh) -> SurfaceMesh:
     lengths = lengths[lengths > 0.0]
     if not len(border) or not len(lengths):
         return mesh
-    points, most = mesh.vertices[border], MOST_OF_EDGE * float(np.quantile(lengths, SHORTER))
+    points, most = mesh.vertices[border], MAX_OF_EDGE * float(np.quantile(lengths, SHORTER))
     least = min(_rounding(mesh.vertices, float(lengths.mean())), most)
     tree = cKDTree(points)
     if most <= 0.0 or _crowded(tree, points, GAP * most):
@@ -74,7 +74,7 @@ def _rounding(vertices: Floats, edge: float) -> float:
 
 def _last_decimal(vertices: Floats) -> float:
     """The last decimal, mm, that all coordinates (n, 3) are written with; 0 where they have more than a few."""
-    for decimals in range(MOST_DECIMALS):
+    for decimals in range(MAX_DECIMALS):
         scaled = vertices * 10.0**decimals
         if (np.abs(scaled - np.rint(scaled)) < SINGLE).all():
             return float(10.0**-decimals)

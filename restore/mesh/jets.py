@@ -18,8 +18,8 @@ from restore.mesh.measures import face_normals, face_signs, norms
 from restore.numerics.limits import SQUARE_TINY, overflows_silently
 from restore.scan import Floats, Ints
 
-MOST_NEIGHBOURS = 32  # two rings have 18 on average; of more the nearest count, whatever numbers they have
-MOST_FOUND = MOST_NEIGHBOURS * MOST_NEIGHBOURS  # among which those are looked for
+MAX_NEIGHBOURS = 32  # two rings have 18 on average; of more the nearest count, whatever numbers they have
+MAX_FOUND = MAX_NEIGHBOURS * MAX_NEIGHBOURS  # among which those are looked for
 STAND_OFF = 0.03  # slope, 2°: neighbours that stand off a plane or a patch by more have a quarter of their weight
 SIGMAS = 3.0  # of the noise, of vertices or of angles: smaller deviations are not significant
 ROUNDS = 3  # of iterations that settle at once: reweighting, and Newton's method over a crease
@@ -84,14 +84,14 @@ def _fit_all(
 ) -> tuple[Floats, Floats, Floats]:
     count = len(vertices)
     normals, offsets, forms = np.zeros((count, 3)), np.zeros(count), np.zeros((count, 3, 3))
-    met, found, weights = np.full(count, -1), np.empty(MOST_FOUND, np.int64), np.empty(MOST_NEIGHBOURS)
-    points, nearness = np.empty((3, MOST_NEIGHBOURS)), np.empty(MOST_NEIGHBOURS)
+    met, found, weights = np.full(count, -1), np.empty(MAX_FOUND, np.int64), np.empty(MAX_NEIGHBOURS)
+    points, nearness = np.empty((3, MAX_NEIGHBOURS)), np.empty(MAX_NEIGHBOURS)
     jet, frame, sums = np.empty(TERMS), np.eye(3), np.empty(row_of(TERMS) + TERMS)
-    products = np.empty((MOST_NEIGHBOURS, len(sums)))  # of the terms with each other and with the height
+    products = np.empty((MAX_NEIGHBOURS, len(sums)))  # of the terms with each other and with the height
     for i in chosen:
         near, far = _two_rings(i, neighbours, met, found)
-        if far > MOST_NEIGHBOURS:
-            near, far = _nearest(i, vertices, found, near, far), MOST_NEIGHBOURS
+        if far > MAX_NEIGHBOURS:
+            near, far = _nearest(i, vertices, found, near, far), MAX_NEIGHBOURS
         if far < 3:
             continue
         reach = _beside(i, vertices, found, near, far, points, nearness)
@@ -119,14 +119,14 @@ def _two_rings(i: int, neighbours: Adjacency, met: Ints, found: Ints) -> tuple[i
     Returns how many neighbours there are, and how many of both.
     """
     count, met[i] = 0, i
-    for q in range(neighbours.start[i], min(neighbours.start[i + 1], neighbours.start[i] + MOST_FOUND)):
+    for q in range(neighbours.start[i], min(neighbours.start[i + 1], neighbours.start[i] + MAX_FOUND)):
         found[count], met[neighbours.items[q]] = neighbours.items[q], i
         count += 1
     near = count
     for f in range(near):
         for q in range(neighbours.start[found[f]], neighbours.start[found[f] + 1]):
             k = neighbours.items[q]
-            if met[k] != i and count < MOST_FOUND:
+            if met[k] != i and count < MAX_FOUND:
                 found[count], met[k] = k, i
                 count += 1
     return near, count
@@ -140,13 +140,13 @@ def _nearest(i: int, vertices: Floats, found: Ints, near: int, far: int) -> int:
     found: (·,), `near` neighbours, and theirs up to `far`.
     Returns how many of the first ring are left.
     """
-    first, last = (0, near) if near > MOST_NEIGHBOURS else (near, far)
+    first, last = (0, near) if near > MAX_NEIGHBOURS else (near, far)
     away = np.zeros(last - first)
     for k in range(first, last):
         for axis in range(3):
             away[k - first] += (vertices[found[k], axis] - vertices[i, axis]) ** 2
     found[first:last] = found[first:last][np.argsort(away)]
-    return min(near, MOST_NEIGHBOURS)
+    return min(near, MAX_NEIGHBOURS)
 
 
 @numba.njit(cache=True, error_model="numpy", inline="always")

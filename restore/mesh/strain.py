@@ -8,7 +8,7 @@ from restore.mesh.measures import edge_strain, face_shapes, lengths_between
 from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints
 
-MOST_CELLS = 20  # of the longer side of a page
+MAX_CELLS = 20  # of the longer side of a page
 EDGES = 100  # of a square cell, in the mean: what a few of them have wrong does not count
 MIN_STRAIN_HEIGHT_RATIO = 0.05  # of the base: across thinner faces the strain is not determined
 LOOSE = 1e-3  # of the weight of a cell: holds the strain near zero in a direction that too few of its edges determine
@@ -86,7 +86,7 @@ def _cells(flat: Floats, edges: Ints) -> Ints:
 
     Cells without an edge have no number.
     """
-    low, count = flat.min(axis=0), min(max(round(np.sqrt(len(edges) / EDGES)), 1), MOST_CELLS)
+    low, count = flat.min(axis=0), min(max(round(np.sqrt(len(edges) / EDGES)), 1), MAX_CELLS)
     size = float(np.ptp(flat, axis=0).max()) / count + TINY
     across, up = np.floor((flat[edges].mean(axis=1) - low) / size).astype(int).T
     return np.unique(across * (count + 1) + up, return_inverse=True)[1]

@@ -24,14 +24,14 @@ from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.page import CardInView, PaperMasks, find_paper
 from restore.scan import Mask, SurfaceMesh
 
-MOST_FRAMES = 12  # that are read: as many as of a video
+MAX_FRAMES = 12  # that are read: as many as of a video
 FINE_MM = 2.5  # edges of the mesh where the page is cut out of it; a phone's own are 10 to 20 mm
-MOST_SUBDIVISIONS = 7  # from edges of 300 mm
-MOST_FACES = 2_000_000  # then: FINE_MM apart on five square metres, more than any page
-MOST_VIEWS = (
+MAX_SUBDIVISIONS = 7  # from edges of 300 mm
+MAX_FACES = 2_000_000  # then: FINE_MM apart on five square metres, more than any page
+MAX_VIEWS = (
     0.75  # show paper at a place of the page; of those of the mesh that hangs from its edge to the table, half do
 )
-LEAST_AREA_MM2 = 2500.0  # half of a business card
+MIN_AREA_MM2 = 2500.0  # half of a business card
 HINT = "scan the page alone, on a table that is darker than paper, and export the capture with all its images"
 
 
@@ -72,8 +72,8 @@ def _reader(folder: Path) -> tuple[str, Reader]:
 
 
 def _chosen(frames: Sequence[Frame]) -> list[Frame]:
-    """The sharpest frame of each of MOST_FRAMES equal runs."""
-    runs = np.array_split(np.arange(len(frames)), min(MOST_FRAMES, len(frames)))
+    """The sharpest frame of each of MAX_FRAMES equal runs."""
+    runs = np.array_split(np.arange(len(frames)), min(MAX_FRAMES, len(frames)))
     return [max((frames[k] for k in run), key=lambda frame: frame.sharpness) for run in runs]
 
 
@@ -103,7 +103,7 @@ def _page_of(mesh: SurfaceMesh, photographs: Sequence[Photograph]) -> tuple[Surf
     page = validated(select(fine, kept))
     largest = max(large_pieces(page), key=lambda piece: surface_area(page.vertices, page.faces[piece]))
     page_mesh = select(page, page.faces[largest])
-    if surface_area(page_mesh.vertices, page_mesh.faces) < LEAST_AREA_MM2:
+    if surface_area(page_mesh.vertices, page_mesh.faces) < MIN_AREA_MM2:
         raise NotEnoughSurface("the photographs show hardly any paper on the mesh", HINT)
     best = _facing(page_mesh, cameras)
     return page_mesh, [photographs[best], *photographs[:best], *photographs[best + 1 :]]
@@ -127,11 +127,11 @@ def _subdivided(mesh: SurfaceMesh) -> SurfaceMesh:
     from trimesh.remesh import subdivide
 
     vertices, faces = mesh.vertices, mesh.faces
-    for _ in range(MOST_SUBDIVISIONS):
+    for _ in range(MAX_SUBDIVISIONS):
         corners = vertices[faces]
         if np.quantile(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2), 0.9) < FINE_MM:
             break
-        if 4 * len(faces) > MOST_FACES:
+        if 4 * len(faces) > MAX_FACES:
             raise BadInput("the photographs show more paper than any page has, or the mesh is not in metres", HINT)
         vertices, faces = subdivide(vertices, faces)
     return SurfaceMesh(np.asarray(vertices, np.float64), np.asarray(faces, np.int64))
@@ -140,7 +140,7 @@ def _subdivided(mesh: SurfaceMesh) -> SurfaceMesh:
 def _votes(mesh: SurfaceMesh, masks: PaperMasks, cameras: Sequence[PhotoCamera]) -> Mask:
     """(n,) True for the vertices that most of the views that show them show on paper."""
     share, count = masks.votes(cameras, mesh.vertices)
-    return (share > MOST_VIEWS) & (count > 0)
+    return (share > MAX_VIEWS) & (count > 0)
 
 
 def _facing(mesh: SurfaceMesh, cameras: Sequence[PhotoCamera]) -> int:

@@ -21,7 +21,7 @@ CONTRAST_PX = 8.0  # light and shade are wider than this, print is finer
 FLOOR = 3.0  # grey levels of contrast that count as noise
 GAIN = 42.0  # of a contrast of one standard deviation, in the codes of a compared picture: three fit on either side
 COARSE_LEVELS = 2  # of the pyramid: shifts of up to 30 reference pixels are found, but also the next line of text
-LEAST_TEXTURE = 2e-3  # smaller eigenvalue of the structure tensor, as calcOpticalFlowPyrLK normalises it
+MIN_TEXTURE = 2e-3  # smaller eigenvalue of the structure tensor, as calcOpticalFlowPyrLK normalises it
 ALIKE = 0.6  # correlation of patches that show the same
 SPARED = 4  # one reference pixel in so many tells how large the photograph's are
 ROOM = 0.9  # of reference pixels, to the photograph's: it is shrunk to this before it is sampled
@@ -107,7 +107,7 @@ def _places(seen: Mask) -> Ints:
 def _textured(picture: Bytes, places: Ints) -> Ints:
     """Those of the places (n, 2) where a picture changes both ways, so that a shift shows."""
     corner = cv2.cornerMinEigenVal(picture, WINDOW)
-    return places[corner[places[:, 1], places[:, 0]] > LEAST_TEXTURE]
+    return places[corner[places[:, 1], places[:, 0]] > MIN_TEXTURE]
 
 
 def _correlation(one: Bytes, other: Bytes, places: Ints, moved: Floats) -> Floats:

@@ -42,7 +42,7 @@ DARK = 0.02  # share of white: below it the colour of a gain is noise
 COLOUR_LIMIT = 0.25  # of the logarithm: two lamps of two colours on a curved page differ by half as much
 COLOUR_PER_SATURATION = 0.5  # cameras differ in saturated print by a share of its saturation
 LEVEL_LIMITS = (np.log(4.0), np.log(2.5))  # darker, brighter: no shadow on a page takes three quarters of its light
-LEAST_MM2 = 12.0  # of a contradiction: the tip of a pen; a fleck of ink is less
+MIN_MM2 = 12.0  # of a contradiction: the tip of a pen; a fleck of ink is less
 CONFIRMING_MM2 = 60.0  # of a part of the page: a window's area, since less agrees by chance
 RIM_MM = 1.8  # the outline of the page is known to a sample, and the photograph shows the table there
 # Round what covers the page: its blurred edge and its contact shadow, 2 mm, and the gap between two lines of print: a
@@ -78,7 +78,7 @@ def covered_mask(
     if not both.any():
         return glare
     found = compare(photograph, scan, normals, both)
-    seeds = _sizable(found.contradicted, LEAST_MM2)
+    seeds = _sizable(found.contradicted, MIN_MM2)
     # White paper that is clipped beside a contradiction belongs to the same thing, and hides its print.
     seeds |= _connected(glare, _grown(seeds, BLEND_MM) & glare)
     near = _grown(seeds, REACH_MM)

@@ -21,7 +21,7 @@ from restore.scan import Bytes, Floats
 SIDES = (800, 1600, 2200)
 DENSE_SIDE = 3200  # of the copy on which shifts are measured and sharpness is judged
 MIRROR_SIDE = SIDES[1]
-LEAST_CONTRAST = 3.0  # grey levels: standard deviation of a picture that shows something
+MIN_CONTRAST = 3.0  # grey levels: standard deviation of a picture that shows something
 MIN_INLIERS = 8  # no more agree by chance than that, and what they agree on is proved on the whole surface
 MIRRORED_INLIERS = 16  # for a reason that is not proved
 REFINEMENTS = 6
@@ -81,7 +81,7 @@ class Registration:
 def register(reference: Reference, photograph: Photograph) -> Registration:
     """Find the camera of a photograph. Raises Refused when it does not show the page of the reference for certain."""
     grey = cv2.cvtColor(photograph.image, cv2.COLOR_RGB2GRAY)
-    if cv2.meanStdDev(grey)[1].item() < LEAST_CONTRAST:
+    if cv2.meanStdDev(grey)[1].item() < MIN_CONTRAST:
         raise Refused("the photograph is blank", "look at it, and take it again with light and without the lens cap")
     ours, refused = reference_features(reference), Refused("")
     large = _shrunk(grey, DENSE_SIDE)

@@ -16,7 +16,7 @@ from restore.numerics.limits import SINGLE_TINY
 from restore.page import FlatMesh
 from restore.photo.coarse import LINEAR
 from restore.photo.page import Registered, sources_of
-from restore.photo.paint import LEAST_SHARE, enlarged, lit, paint
+from restore.photo.paint import MIN_SHARE, enlarged, lit, paint
 from restore.photo.sources import Plan, Source, plan
 from restore.scan import Bytes, Mask
 from restore.shading.relief import Field, Relief
@@ -31,13 +31,13 @@ def remove_registered_shading(
     """A page without its light: image painted (h, w, 3) from registered photographs where mask (h, w) is True."""
     sources = sources_of(page, registered)
     planned = plan(page, sources) if len(sources) > 1 else None
-    used = [] if planned is None else [k for k, share in enumerate(planned.weights) if share.max() > LEAST_SHARE]
+    used = [] if planned is None else [k for k, share in enumerate(planned.weights) if share.max() > MIN_SHARE]
     if planned is None or len(used) < 2:
         return remove_shading(painted, mask, dpi, relief)
     # The scanner saw all of the page, and the more paper there is the better its light is known.
     rows, cols = mask.shape
     shares = {k: enlarged(planned.weights[k], 0, rows, cols, dpi) for k in used}
-    seen = {k: mask & (share > LEAST_SHARE) if k else mask for k, share in shares.items()}
+    seen = {k: mask & (share > MIN_SHARE) if k else mask for k, share in shares.items()}
     painted_from = {k: _painted_from(page, sources, planned, k, dpi) for k in used}
     evened = {k: remove_shading(painted_from[k], seen[k], dpi, relief) for k in used}
     main = max(used, key=lambda k: float(shares[k][mask].sum()))
@@ -48,7 +48,7 @@ def remove_registered_shading(
         gain = _gain(evened[main].image, evened[k].image, seen[main] & seen[k])
         total += share * (evened[k].image if k == main else lit(evened[k].image.astype(np.float32), gain))
         weight += share
-    image = np.where(mask[..., None], total / np.maximum(weight, LEAST_SHARE) + 0.5, painted).astype(np.uint8)
+    image = np.where(mask[..., None], total / np.maximum(weight, MIN_SHARE) + 0.5, painted).astype(np.uint8)
     return ShadingResult(image, _report(evened, main))
 
 

@@ -14,11 +14,11 @@ from restore.photo.photograph import MAX_PIXELS, MIN_SIDE, Photograph
 from restore.scan import Bytes, Floats, Ints
 
 FRAMES = 12  # out of a video: pairs grow with the square, and ten views are as good as twenty
-MOST_FRAMES = 18_000  # five minutes at 60 a second
+MAX_FRAMES = 18_000  # five minutes at 60 a second
 LOOKED_AT = 600  # frames in which sharpness and motion are measured
 SIDE = 480  # pixels of the longer side of what motion is measured in
 CORNERS = 200  # that are followed from frame to frame
-LEAST_MOTION = 0.05  # of a frame's longer side, over the whole video: less, and nothing is seen from two sides
+MIN_MOTION = 0.05  # of a frame's longer side, over the whole video: less, and nothing is seen from two sides
 
 Progress = Callable[[str, float], None]
 
@@ -36,7 +36,7 @@ def read_video(path: Path, progress: Progress, *, frames: int = FRAMES) -> list[
     if not path.is_file():
         raise BadInput(f"{path} is not there", "check the name and the folder")
     numbers, sharpness, travelled = _measured(path, progress)
-    if travelled[-1] < LEAST_MOTION:
+    if travelled[-1] < MIN_MOTION:
         raise BadInput(f"{path}: the camera stands still", "move it slowly round the page, 30 degrees to all sides")
     chosen = spread(sharpness, travelled, frames)
     wanted = set(numbers[chosen].tolist())
@@ -87,16 +87,16 @@ def _length(path: Path) -> int:
             raise BadInput(f"{path} holds no video that can be read", "give an MP4 or MOV file as the phone wrote it")
     finally:
         video.release()
-    if count > MOST_FRAMES:
-        raise BadInput(f"{path} has {count} frames, too many", f"cut it to the page: at most {MOST_FRAMES}")
+    if count > MAX_FRAMES:
+        raise BadInput(f"{path} has {count} frames, too many", f"cut it to the page: at most {MAX_FRAMES}")
     return count
 
 
 def _frames(path: Path) -> Iterator[tuple[int, Bytes]]:
-    """Number and picture (h, w, 3) BGR of each frame, up to MOST_FRAMES."""
+    """Number and picture (h, w, 3) BGR of each frame, up to MAX_FRAMES."""
     video = _opened(path)
     try:
-        for number in range(MOST_FRAMES):
+        for number in range(MAX_FRAMES):
             read, frame = video.read()
             if not read:
                 return

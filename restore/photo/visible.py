@@ -15,7 +15,7 @@ from restore.scan import Bytes, Floats, Ints, Mask
 
 BUFFER_SIDE = 1200  # pixels of the depth buffer's longer side: a quarter of a millimetre on a page that fills it
 OCCLUSION_MM = 1.0  # what lies this much behind the nearest surface is hidden; one pixel on a wall of 70° is less
-LEAST_FACING = 0.2  # cosine of 78°: seen flatter than that, print cannot be read
+MIN_FACING = 0.2  # cosine of 78°: seen flatter than that, print cannot be read
 CLIPPED = 250  # a code from which the sensor is full
 GLARE_SHARE = 0.3  # of the pixels of a spot
 GLARE_GAIN = 1.25  # of the spot's light over that of its surroundings, against what the scanner saw
@@ -38,7 +38,7 @@ def visible_points(camera: PhotoCamera, vertices: Floats, faces: Ints, points: F
     behind = 1.0 / camera.inverse_depth(points) - 1.0 / np.maximum(nearest[rows, cols], SINGLE_TINY)
     ways = camera.position - points
     facing = (ways * normals).sum(axis=1) / np.linalg.norm(ways, axis=1)
-    return np.asarray(inside & (behind < OCCLUSION_MM) & (facing > LEAST_FACING))
+    return np.asarray(inside & (behind < OCCLUSION_MM) & (facing > MIN_FACING))
 
 
 def _fitted(size: tuple[int, int]) -> tuple[int, int]:

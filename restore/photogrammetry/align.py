@@ -15,9 +15,9 @@ from restore.scan import Floats
 
 ITERATIONS = 5  # of a triangulation: each divides what is left by ten or more
 SAMPLE = 3  # views: two agree on any move along their epipolar lines
-MOST_SAMPLES = 200  # of 10 views there are 120
-LEAST_COMMON = 4  # markers
-MOST_OFFSET = 1e-3  # of a picture's longer side: some 0.3 mm on the table, twice what the first cameras are off by
+MAX_SAMPLES = 200  # of 10 views there are 120
+MIN_COMMON = 4  # markers
+MAX_OFFSET = 1e-3  # of a picture's longer side: some 0.3 mm on the table, twice what the first cameras are off by
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,19 +111,19 @@ def views_that_agree(cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapp
     """The most views in which the markers lie where one card puts them: in the others page or card were moved.
 
     seen: by view and marker, the pixel (2,) of its centre. A consensus of views over samples of three (Fischler &
-    Bolles, Comm. ACM 24(6), 1981). Fewer than three views with LEAST_COMMON markers cannot disagree: all are returned.
+    Bolles, Comm. ACM 24(6), 1981). Fewer than three views with MIN_COMMON markers cannot disagree: all are returned.
     """
-    views = [number for number in cameras if len(seen.get(number, {})) >= LEAST_COMMON]
+    views = [number for number in cameras if len(seen.get(number, {})) >= MIN_COMMON]
     if len(views) < SAMPLE:
         return views
     sights = {view: _sights(cameras[view], seen[view]) for view in views}
     best: tuple[int, float, list[int]] = (0, 0.0, [])
     for sample in _samples(views):
         points = _nearest_points([sights[view] for view in sample])
-        if len(points) < LEAST_COMMON:
+        if len(points) < MIN_COMMON:
             continue
         off = {view: _offset(cameras[view], seen[view], points) for view in views}
-        agreeing = [view for view in views if off[view] < MOST_OFFSET * max(cameras[view].size)]
+        agreeing = [view for view in views if off[view] < MAX_OFFSET * max(cameras[view].size)]
         if set(sample) <= set(agreeing):
             best = max(best, (len(agreeing), -sum(off[view] for view in agreeing), agreeing))
     return best[2]
@@ -137,9 +137,9 @@ def agreeing_markers(
 
 
 def _samples(views: Sequence[int]) -> list[tuple[int, ...]]:
-    """All samples of three views, or MOST_SAMPLES of them spread evenly."""
+    """All samples of three views, or MAX_SAMPLES of them spread evenly."""
     samples = list(combinations(views, SAMPLE))
-    return samples[:: -(-len(samples) // MOST_SAMPLES)]
+    return samples[:: -(-len(samples) // MAX_SAMPLES)]
 
 
 def _sights(camera: PhotoCamera, seen: Mapping[int, Floats]) -> dict[int, tuple[Floats, Floats]]:

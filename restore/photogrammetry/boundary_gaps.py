@@ -14,13 +14,13 @@ from restore.scan import Floats, Ints, Mask
 
 SPACING_MM = 2.0  # of the points of the edge
 BESIDE = np.arange(1, 7)  # points from what is not measured, along which a side is a line
-LEAST_OF_SIDE = 3  # of them, measured
+MIN_OF_SIDE = 3  # of them, measured
 LONGEST_MM = 20.0  # that is drawn straight, or to a corner
 STRAY_MM = 5.0  # from a straight side: as far as masks are off where the card lies beside it
 CORNER = np.cos(np.deg2rad(30.0))  # between two sides
 SHARP_MM = 1.0  # from the meeting of two sides to what was measured there: more is a corner that is cut or round
 APART = 3.0  # spacings between neighbours, beyond which one of them is no point of this edge
-LEAST_IN_ROW = 4  # points that hang together: fewer, with none of the edge beside them, are chance
+MIN_IN_ROW = 4  # points that hang together: fewer, with none of the edge beside them, are chance
 TANGLED = 1.5  # times the straight way: what is as long on the flat page is no side of it
 MEETING_MM = 2.0  # between two sides where they pass each other in space: more is no corner of one page
 
@@ -56,7 +56,7 @@ def _gaps(measured: Mask) -> Iterator[tuple[Ints, Ints, Ints]]:
         run = start + np.arange(np.argmax(np.roll(measured, -start)))
         before, after = (run[0] - BESIDE[::-1]) % count, (run[-1] + BESIDE) % count
         before, after = before[measured[before]], after[measured[after]]
-        if min(len(before), len(after)) >= LEAST_OF_SIDE:
+        if min(len(before), len(after)) >= MIN_OF_SIDE:
             yield run % count, before, after
 
 
@@ -69,7 +69,7 @@ def scattered(points: Floats, measured: Mask) -> Mask:
     first = int(np.argmin(joined)) + 1  # the row of points that hang together begins behind a gap
     number = np.cumsum(~np.roll(np.roll(joined, 1), -first))
     rows = np.roll(np.bincount(number)[number], first)
-    return measured & (rows < LEAST_IN_ROW)
+    return measured & (rows < MIN_IN_ROW)
 
 
 def at_corners(points: Floats) -> Mask:

@@ -13,12 +13,12 @@ from restore.photogrammetry.align import Similarity, agreeing_markers, fit_simil
 from restore.photogrammetry.card import ScaleCard
 from restore.scan import Floats
 
-LEAST_MARKERS = 4  # in three views or more: a plane and a scale, and one to spare
-LEAST_VIEWS = 3
+MIN_MARKERS = 4  # in three views or more: a plane and a scale, and one to spare
+MIN_VIEWS = 3
 STEPS = 10
 CAUCHY = 2.5  # standard deviations at which a marker in a view has half its weight: the page may hide part of it
 SHOWN_WHOLE = 0.9  # of the markers in all views; the page may hide a part of the others
-LEAST_SIGMA_PX = 0.03  # of the centre of a marker
+MIN_SIGMA_PX = 0.03  # of the centre of a marker
 
 
 def find_card(
@@ -31,8 +31,8 @@ def find_card(
     distribution gives them.
     """
     agreeing = agreeing_markers(cameras, markers)
-    found = triangulate_markers(cameras, agreeing, LEAST_VIEWS)
-    if len(found) < LEAST_MARKERS:
+    found = triangulate_markers(cameras, agreeing, MIN_VIEWS)
+    if len(found) < MIN_MARKERS:
         return None
     centres = np.column_stack([card.centres, np.zeros(len(card.centres))])
     pose = fit_similarity(centres[list(found)], np.array(list(found.values())))
@@ -41,7 +41,7 @@ def find_card(
         pixels, rows = _equations(pose, centres, cameras, seen)
         errors = np.array([markers[view][marker] for view, marker in seen]) - pixels
         length = np.linalg.norm(errors, axis=1)
-        sigma = max(robust_sigma(errors.ravel()), LEAST_SIGMA_PX)
+        sigma = max(robust_sigma(errors.ravel()), MIN_SIGMA_PX)
         weights = 1.0 / (1.0 + (length / (CAUCHY * sigma)) ** 2)
         root = np.sqrt(weights)[:, None]
         step = np.linalg.lstsq((rows * root[..., None]).reshape(-1, 7), (errors * root).ravel(), rcond=None)[0]

@@ -14,7 +14,7 @@ import numpy as np
 from restore.scan import Floats, Ints
 
 TERMS = 6
-LEAST_POINTS = 12  # in a disc: twice the unknowns
+MIN_POINTS = 12  # in a disc: twice the unknowns
 CLEAN = 1.8  # standard deviations about a quadratic: thirty points without a crease stay below 1.5
 RIDGE = 1e-9  # of the normal equations' trace: points in a row leave a quadratic undetermined
 
@@ -64,7 +64,7 @@ def fit_discs(points: Floats, starts: Ints, members: Ints) -> tuple[Floats, Floa
     row = np.empty(TERMS)
     for k in range(count):
         own = members[starts[k] : starts[k + 1]]
-        if len(own) < LEAST_POINTS:
+        if len(own) < MIN_POINTS:
             continue
         for i in own:
             middles[k] += points[i] / len(own)

@@ -18,9 +18,9 @@ from restore.scan import Floats, Ints, Mask
 
 NEAR = 1.2  # steps of the lattice from a point: its height is measured there
 SHARPEST = 0.03  # 1/mm: paper that bends more is at a crease
-LEAST_CELLS = 30  # of a facet: 7 mm square on A4
-LEAST_POINTS = 20
-MOST_CUT_MM = 8.0  # by which a relief cuts off the crease before a blank margin; a facet farther off is another one
+MIN_CELLS = 30  # of a facet: 7 mm square on A4
+MIN_POINTS = 20
+MAX_CUT_MM = 8.0  # by which a relief cuts off the crease before a blank margin; a facet farther off is another one
 FAR_MM = 25.0  # from its points that a facet is prolonged: a margin
 GAP_MM = 4.0  # from the points of a facet to a crease in print; beyond is margin, whose edge has to be met
 MISSED = 3.0  # standard deviations of a point of the edge: a facet that passes by farther does not end there
@@ -40,10 +40,10 @@ def prolonged(lattice: Lattice, heights: Floats, feet: Floats, above: Floats, of
     labels, normals = find_facets(lattice, heights, _near(lattice, feet))
     cell = np.clip(((feet - lattice.low) / lattice.step).astype(int), 0, np.array(labels.shape)[::-1] - 1)
     of_point = labels[cell[:, 1], cell[:, 0]]
-    out, least = heights.copy(), np.where(measured, 0.0, MOST_CUT_MM)
+    out, least = heights.copy(), np.where(measured, 0.0, MAX_CUT_MM)
     for label in range(labels.max() + 1):
         own = of_point == label
-        if own.sum() < LEAST_POINTS:
+        if own.sum() < MIN_POINTS:
             continue
         part, at = lattice.part(feet[own].min(axis=0) - FAR_MM, feet[own].max(axis=0) + FAR_MM)
         normal = normals[labels == label].mean(axis=0)
@@ -78,7 +78,7 @@ def find_facets(lattice: Lattice, heights: Floats, measured: Mask) -> tuple[Ints
     links = np.concatenate([_links(number, normals, known, SHARPEST * lattice.step, axis) for axis in (0, 1)])
     graph = coo_matrix((np.ones(len(links)), (links[:, 0], links[:, 1])), (known.size, known.size))
     _, group = connected_components(graph, directed=False)
-    large = np.bincount(group) >= LEAST_CELLS
+    large = np.bincount(group) >= MIN_CELLS
     return np.where(large, np.cumsum(large) - 1, -1)[group].reshape(known.shape), normals
 
 

@@ -36,11 +36,11 @@ UNCREASED = 1.0  # strain: a piece resists all of it, as there is no crease on i
 RULED = 1e6  # beside a straight crease paper is ruled along it, or flat: that far the points of all rows tell of each
 PAPERS = tuple(Paper(stiffness, along, UNCREASED) for along in (RULED, 1.0) for stiffness in (*STIFFNESSES, 1.0))
 PAIRS = 6  # of points on either side that tell the direction of a crease
-LEAST_CREASE = 0.12  # radians, 7°: pieces that meet at less are one
-LEAST_SHARE = 0.08  # of the points: a page folded in three both ways has facets of 0.11
-LEAST_COVERED = 0.8  # of the points, by pieces as large
+MIN_CREASE = 0.12  # radians, 7°: pieces that meet at less are one
+MIN_SHARE = 0.08  # of the points: a page folded in three both ways has facets of 0.11
+MIN_COVERED = 0.8  # of the points, by pieces as large
 MEETING_STEPS = 5  # of Newton's method to a crease
-LEAST_MEETING = 0.1  # of the largest singular value: pieces that meet at less than 11° do not tell the place along them
+MIN_MEETING = 0.1  # of the largest singular value: pieces that meet at less than 11° do not tell the place along them
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +147,7 @@ class FoldedSurface:
         pairs = np.sort(self.labels[edges], axis=1)
         across = pairs[:, 0] != pairs[:, 1]
         middles, pairs = self.places[edges[across]].mean(axis=1), pairs[across]
-        least, found = LEAST_CREASE, None
+        least, found = MIN_CREASE, None
         for a, b in np.unique(pairs, axis=0).tolist():
             between = middles[(pairs == [a, b]).all(axis=1)]
             sides = [self.pieces[k].normals(between) for k in (a, b)]
@@ -190,7 +190,7 @@ class FoldedSurface:
                 feet = piece.feet(points[own], places[own])
                 normals[own, k] = piece.normals(feet)
                 heights[own, k] = ((piece.points(feet) - points[own]) * normals[own, k]).sum(axis=1)
-            points = points + np.einsum("nij,nj->ni", np.linalg.pinv(normals, rcond=LEAST_MEETING), heights)
+            points = points + np.einsum("nij,nj->ni", np.linalg.pinv(normals, rcond=MIN_MEETING), heights)
         return points
 
     def _gathered(self, label: Ints, parts: list[Floats]) -> Floats:
@@ -215,7 +215,7 @@ def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = No
     points held out.
     """
     labels = _large(find_pieces(points, feet))
-    if (labels >= 0).mean() < LEAST_COVERED:
+    if (labels >= 0).mean() < MIN_COVERED:
         return smooth
     try:
         return _creased(points, feet, labels, smooth, paper) or smooth
@@ -241,8 +241,8 @@ def _creased(points: Floats, feet: Floats, labels: Ints, smooth: Surface, paper:
 
 
 def _large(labels: Ints) -> Ints:
-    """Labels (n,), −1 for points on none or on pieces of less than LEAST_SHARE of them."""
-    large = np.bincount(labels[labels >= 0], minlength=1) >= LEAST_SHARE * len(labels)
+    """Labels (n,), −1 for points on none or on pieces of less than MIN_SHARE of them."""
+    large = np.bincount(labels[labels >= 0], minlength=1) >= MIN_SHARE * len(labels)
     return np.where((labels >= 0) & large[labels], np.cumsum(large)[labels] - 1, -1)
 
 

@@ -20,10 +20,10 @@ SAMPLE = 0.9  # pixels of the photographs to a sample of a patch
 REACH_MM = 6.0  # above and below: as far as narrow facets are cut off
 STEP_MM = 0.15  # of the heights that are tried: a quarter of a pixel where lines of sight are 60° apart
 NOISE_MM = 0.06  # of a height: measured on simulated sheets, three in four are within it
-LEAST_ALIKE = 0.75  # mean correlation of two views
-MOST_SIGMA_MM = 0.08
+MIN_ALIKE = 0.75  # mean correlation of two views
+MAX_SIGMA_MM = 0.08
 NEIGHBOURS = 5
-MOST_OFF_MM = 0.3  # from the median of its neighbours' heights
+MAX_OFF_MM = 0.3  # from the median of its neighbours' heights
 FARTHEST = 3.0  # spacings to the neighbour in the middle of them: a height that stands alone is not trusted
 
 
@@ -40,7 +40,7 @@ def fill_gaps(greys: Picture, model: Model, relief: Relief, area: PageArea, feet
     pixel = ground_sample(model.cameras, relief.points((low + high)[None] / 2))
     offsets = np.arange(-REACH_MM, REACH_MM + STEP_MM / 2, STEP_MM)
     heights, sigma, alike = sweep(greys, model.cameras, patches, SAMPLE * pixel, offsets)
-    good = (alike > LEAST_ALIKE) & (sigma < MOST_SIGMA_MM)
+    good = (alike > MIN_ALIKE) & (sigma < MAX_SIGMA_MM)
     good[good] = _among_neighbours(places[good], heights[good])
     points = patches.points[good] + heights[good, None] * patches.normals[good]
     return Cloud.of(points, relief.feet(points, places[good]), NOISE_MM)
@@ -52,4 +52,4 @@ def _among_neighbours(places: Floats, heights: Floats) -> Mask:
         return np.zeros(len(places), bool)
     distance, index = cKDTree(places).query(places, NEIGHBOURS + 1)
     near = distance[:, NEIGHBOURS // 2 + 1] < FARTHEST * SPACING_MM
-    return np.asarray(near & (np.abs(heights - np.median(heights[index[:, 1:]], axis=1)) < MOST_OFF_MM))
+    return np.asarray(near & (np.abs(heights - np.median(heights[index[:, 1:]], axis=1)) < MAX_OFF_MM))

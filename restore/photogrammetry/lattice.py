@@ -21,7 +21,7 @@ from restore.scan import Floats, Ints
 NOISE_MM = 0.04  # of a point: twice what patches of 2400 pixels leave on paper that fills most of a photograph
 CAUCHY = 2.5  # standard deviations at which a point has half the weight
 BENDING = 3.0  # of the bends, mm⁻², against the squared distances of the points in standard deviations
-LEAST_BEND = 2e-3  # 1/mm: paper with less is flat
+MIN_BEND = 2e-3  # 1/mm: paper with less is flat
 CREASE_BEND = 0.3  # 1/mm: of a crease of 25° on a lattice of 1.4 mm; a bend as large has the same weight in each stage
 LOOSE = 1e-6  # of a height that no equation tells
 REACH = 2  # nodes on either side of a second difference of second differences
@@ -113,7 +113,7 @@ class Lattice:
         if heights is None or exponent == 2.0:
             return np.full(len(sides[0]), 1.0 / CREASE_BEND)
         squares = sum((row @ heights + side) ** 2 for row, side in zip(rows, sides, strict=True)) / self.step**4
-        return np.asarray((squares + LEAST_BEND**2) ** (exponent / 2 - 1) * CREASE_BEND ** (1 - exponent))
+        return np.asarray((squares + MIN_BEND**2) ** (exponent / 2 - 1) * CREASE_BEND ** (1 - exponent))
 
     def _weights(self, places: Floats) -> sp.csr_matrix:
         """(n, nodes) bilinear weights of the nodes at places (n, 2) mm."""

@@ -13,7 +13,7 @@ from restore.scan import Floats, Ints
 VERTICES = 80_000  # a vertex to 0.9 mm of A4, a tenth of what a wave needs
 CLEAR = 0.75  # steps: at more than √½ of a side from its ends, a vertex does not part them in Delaunay's triangles
 ROWS = np.sqrt(3) / 2  # of a step, between the rows of a lattice of equal sides, which has one Delaunay triangulation
-LEAST_AREA = 1e-6  # of a step squared: three vertices of the outline on a line span nothing
+MIN_AREA = 1e-6  # of a step squared: three vertices of the outline on a line span nothing
 
 
 def mesh_within(surface: PageSurface, outline: Floats) -> tuple[Floats, Ints, Floats]:
@@ -25,7 +25,7 @@ def mesh_within(surface: PageSurface, outline: Floats) -> tuple[Floats, Ints, Fl
     border = _divided(outline, step)
     places = np.concatenate([border, _lattice_within(border, step)])
     faces = Delaunay(places).simplices.astype(np.int64)
-    faces = faces[_areas(places, faces) > LEAST_AREA * step**2]
+    faces = faces[_areas(places, faces) > MIN_AREA * step**2]
     between = np.flatnonzero((faces < len(border)).all(axis=1))
     outside = between[~inside_polygon(places[faces[between]].mean(axis=1), border)]
     faces = np.delete(faces, outside, axis=0)

@@ -12,7 +12,7 @@ from restore.camera.photo_camera import PhotoCamera
 from restore.photogrammetry.align import Similarity, agreeing_markers, triangulate_markers, upright
 from restore.photogrammetry.bundle import Tracks
 from restore.photogrammetry.card import ScaleCard
-from restore.photogrammetry.card_pose import LEAST_VIEWS, find_card
+from restore.photogrammetry.card_pose import MIN_VIEWS, find_card
 from restore.scan import Floats
 
 ARM_MM = 400.0  # from the camera to the page, where nothing tells the scale
@@ -76,7 +76,7 @@ class Model:
     def with_markers(self, points: Floats, tracks: Tracks) -> tuple[Floats, Tracks]:
         """Points (n, 3) mm and their tracks, with those of the markers: they hold the cameras beside the page."""
         agreeing = agreeing_markers(self.by_photograph, self.markers)
-        found = triangulate_markers(self.by_photograph, agreeing, LEAST_VIEWS)
+        found = triangulate_markers(self.by_photograph, agreeing, MIN_VIEWS)
         seen = [
             (number, len(points) + index, agreeing[view][marker])
             for index, marker in enumerate(found)

@@ -31,8 +31,8 @@ CUT = np.ones((7, 7), np.uint8)  # pixels: as far as the mask is changed beside 
 CARD_MARGIN = 1.03  # by which the card is drawn larger than it is
 SURE = 0.8  # of the views that show a point call it paper
 MAJORITY = 0.6
-LEAST_VIEWS = 3
-LEAST_FACING = 2  # of the cameras see the front of a side that stands upright
+MIN_VIEWS = 3
+MIN_FACING = 2  # of the cameras see the front of a side that stands upright
 GRAZING = 0.1  # cosine of the angle of a line of sight to the normal: flatter, a pixel of a mask is a centimetre
 CELL_MM = 1.0  # of the map in which the page's area is connected
 OPENING = 2  # cells: bridges to what else is bright are as narrow
@@ -223,7 +223,7 @@ def area_of_votes(
     x, y = (np.arange(start + CELL_MM / 2, end, CELL_MM) for start, end in zip(low, high, strict=True))
     places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     share, count = masks.votes(cameras, surface.points(places), surface.normals(places))
-    paper = ((share > MAJORITY) & (count >= LEAST_FACING)).reshape(len(y), len(x))
+    paper = ((share > MAJORITY) & (count >= MIN_FACING)).reshape(len(y), len(x))
     paper = ndimage.binary_opening(paper, iterations=OPENING)
     # Padded: closing would otherwise take from the border.
     paper = ndimage.binary_closing(np.pad(paper, CLOSING), iterations=CLOSING)[CLOSING:-CLOSING, CLOSING:-CLOSING]
@@ -251,7 +251,7 @@ def _crosses_odd(places: Floats, corners: Floats) -> Mask:
 def on_page(masks: PaperMasks, cameras: Sequence[PhotoCamera], points: Floats) -> Mask:
     """(n,) True for points (n, 3) mm of the model that lie on the page for certain."""
     share, count = masks.votes(cameras, points)
-    return np.asarray((share > SURE) & (count >= LEAST_VIEWS))
+    return np.asarray((share > SURE) & (count >= MIN_VIEWS))
 
 
 def ground_sample(cameras: Sequence[PhotoCamera], points: Floats) -> float:

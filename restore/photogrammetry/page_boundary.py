@@ -32,10 +32,10 @@ SEARCHES = ((5.0, 0.5), (1.5, 0.25), (1.5, 0.25))
 SAMPLES = 41  # across the edge
 ALONG = (-1.0, -0.5, 0.0, 0.5, 1.0)  # mm along the edge, over which the picture is averaged
 FACING = 0.2  # cosine of 78° between the normal and the line of sight
-LEAST_STEP = 0.12  # of the light of the paper, that the table gives less
-LEAST_VIEWS = 2  # as many equations as unknowns: a side that stands upright may have no more
+MIN_STEP = 0.12  # of the light of the paper, that the table gives less
+MIN_VIEWS = 2  # as many equations as unknowns: a side that stands upright may have no more
 MISFIT = 0.25  # of the reach: a view whose step is further from the others' shows something else
-MOST_SIGMA = 0.5  # of the reach, out of the page: views from one side do not tell
+MAX_SIGMA = 0.5  # of the reach, out of the page: views from one side do not tell
 OUT_OF_PAGE = 0.3  # of a view whose step moves as far as the edge moves out of the page: each reach begins near it
 NEIGHBOURS = 15  # points: 30 mm of the edge
 
@@ -150,7 +150,7 @@ def _step_places(
     inside = np.array([row[: k + 1].max() for row, k in zip(light, best, strict=True)])
     outside = np.array([np.median(row[k + 1 :]) for row, k in zip(light, best, strict=True)])
     interior = (best > 1) & (best < ends - 2)
-    certain = known & interior & (inside - outside > LEAST_STEP * np.maximum(inside, TINY))
+    certain = known & interior & (inside - outside > MIN_STEP * np.maximum(inside, TINY))
     return across[best] + np.clip(fraction, -1, 1) * (across[1] - across[0]), certain
 
 
@@ -193,13 +193,13 @@ def _solved(rows: Floats, steps: Floats, usable: Mask, reach: float) -> tuple[Fl
         moves = np.einsum("nij,nj->ni", inverse, side)
         misfit = np.where(usable, np.abs(np.einsum("vni,ni->vn", rows, moves) - steps), 0.0)
         worst = misfit.argmax(axis=0)
-        bad = (misfit[worst, number] > MISFIT * reach) & (usable.sum(axis=0) > LEAST_VIEWS)
+        bad = (misfit[worst, number] > MISFIT * reach) & (usable.sum(axis=0) > MIN_VIEWS)
         if not bad.any():
             break
         usable[worst[bad], number[bad]] = False
     spread = np.sqrt((misfit**2).sum(axis=0) / np.maximum(usable.sum(axis=0) - 2, 1))
     sigma = np.sqrt(inverse[:, 0, 0]) * np.maximum(spread, 0.02 * reach)
-    good = (usable.sum(axis=0) >= LEAST_VIEWS) & (misfit.max(axis=0) <= MISFIT * reach) & (sigma < MOST_SIGMA * reach)
+    good = (usable.sum(axis=0) >= MIN_VIEWS) & (misfit.max(axis=0) <= MISFIT * reach) & (sigma < MAX_SIGMA * reach)
     return moves, good & (np.abs(moves) < 2 * reach).all(axis=1)
 
 

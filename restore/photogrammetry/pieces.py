@@ -22,12 +22,12 @@ BEND = 0.006  # of their distance, by which points without a crease between them
 FAR = 4.0  # distances between points, over which a piece goes on: a line of print may be missing
 BESIDE = 2  # neighbours on a piece that a point needs to be added to it
 GROWN_FROM = 16  # points of the piece next to it
-GROWTH_BEND = 0.02  # of the distance: half of what a crease of LEAST_TURN leaves
-LEAST_TURN = 0.1  # radians, 6°: a crease that turns by less is as well rounded
+GROWTH_BEND = 0.02  # of the distance: half of what a crease of MIN_TURN leaves
+MIN_TURN = 0.1  # radians, 6°: a crease that turns by less is as well rounded
 CORE = 15  # points that make a piece
 WINDOW = 4.0  # radius of those in which two pieces are compared, in distances between points
 WINDOWS = 20  # along the border of two pieces
-LEAST_BESIDE = 8  # points of a window on either side of the border: more than unknowns
+MIN_BESIDE = 8  # points of a window on either side of the border: more than unknowns
 WORSE = 1.15  # a median of twenty such ratios of noise alone is 1 to some hundredths
 CONTINUED = 3.0  # median of the predictions, where no window holds points of both pieces
 CUBIC = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))  # powers of x and y
@@ -151,7 +151,7 @@ def _numbered(labels: Ints) -> Ints:
 
 def _both(first: Mask) -> bool:
     """Whether a window holds enough points of both pieces to compare them."""
-    return bool(min(first.sum(), (~first).sum()) >= LEAST_BESIDE)
+    return bool(min(first.sum(), (~first).sum()) >= MIN_BESIDE)
 
 
 def _misfit(points: Floats, first: Mask, radius: float) -> float:
@@ -160,7 +160,7 @@ def _misfit(points: Floats, first: Mask, radius: float) -> float:
     x, y, height = (off @ np.linalg.svd(off, full_matrices=False)[2].T / radius).T
     terms = np.stack([x**p * y**q for p, q in CUBIC], axis=1)
     two = np.concatenate([terms[:, :6] * first[:, None], terms[:, :6] * ~first[:, None]], axis=1)
-    return _rms(terms, height) / float(np.hypot(WORSE * _rms(two, height), KINK * LEAST_TURN))
+    return _rms(terms, height) / float(np.hypot(WORSE * _rms(two, height), KINK * MIN_TURN))
 
 
 def _rms(terms: Floats, values: Floats) -> float:

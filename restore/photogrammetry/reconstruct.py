@@ -29,20 +29,20 @@ from restore.photogrammetry.page_boundary_fit import fit_to_edge
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.refined import missed, refined
 from restore.photogrammetry.relief import Relief
-from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
+from restore.photogrammetry.sparse import MIN_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
 from restore.photogrammetry.surface import STEP_MM
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats, InterpolatedMesh
 from restore.texture.coverage import distance_to
 
 ENOUGH_VIEWS = 5  # of 1200 × 900: the pages of six triples in ten of them were 0.3 to 2 mm wrong, of one four in five
-LEAST_POINTS = 100  # on the page: as few features has a page with half a line of print
-MOST_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
-LEAST_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
-MOST_OFF_MM = 0.25  # of that distance: five times that of a wave of 97 mm and 36°, the steepest that was tried
+MIN_POINTS = 100  # on the page: as few features has a page with half a line of print
+MAX_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
+MIN_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
+MAX_OFF_MM = 0.25  # of that distance: five times that of a wave of 97 mm and 36°, the steepest that was tried
 # Of the area: a page of four creases that was right had 0.004, as vertices beside creases are moved onto them; a spread
 # that was 0.5 % too large 0.011.
-MOST_STRETCH = 0.006
+MAX_STRETCH = 0.006
 
 
 def _silent(_stage: str, _done: float) -> None:
@@ -97,9 +97,9 @@ def reconstruct_page(
 
     `examples/photographs.py` makes a page of a folder of photographs.
     """
-    if len(photographs) < LEAST_VIEWS:
+    if len(photographs) < MIN_VIEWS:
         raise TooFewViews(
-            f"{len(photographs)} photographs are too few: {LEAST_VIEWS} are needed",
+            f"{len(photographs)} photographs are too few: {MIN_VIEWS} are needed",
             "photograph the page from above and from all sides, 5 to 25 times",
         )
     photographs = [turned_like(photograph, photographs[0]) for photograph in photographs]
@@ -135,7 +135,7 @@ def _page_of(
     cards = [_card_in(markers[view], camera, model.corners) for view, camera in zip(views, model.cameras, strict=True)]
     masks = find_paper([photographs[view].image for view in views], cards)
     points = model.points[on_page(masks, model.cameras, model.points)]
-    if len(points) < LEAST_POINTS:
+    if len(points) < MIN_POINTS:
         raise NoPage(
             f"only {len(points)} points of the photographs lie on a page",
             "lay the page on a table that is darker than paper or coloured, with the whole of it in every photograph",
@@ -212,13 +212,13 @@ def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tup
         found.append(Finding.of("views_zoomed"))
     if report["scale_source"]["from"] == "none":
         found.append(Finding.of("no_scale"))
-    if report["edge_measured_fraction"] < LEAST_EDGE:
+    if report["edge_measured_fraction"] < MIN_EDGE:
         found.append(Finding.of("edge_unseen", report["edge_measured_fraction"]))
-    if report["surface_residual_mm"] > MOST_OFF_MM:
+    if report["surface_residual_mm"] > MAX_OFF_MM:
         found.append(Finding.of("surface_off", distance_mm=report["surface_residual_mm"]))
-    if report["excess_area_fraction"] is not None and abs(report["excess_area_fraction"]) > MOST_STRETCH:
+    if report["excess_area_fraction"] is not None and abs(report["excess_area_fraction"]) > MAX_STRETCH:
         found.append(Finding.of("area_gained", change=report["excess_area_fraction"]))
-    if report["paper_outside_fraction"] > MOST_UNCOVERED:
+    if report["paper_outside_fraction"] > MAX_UNCOVERED:
         found.append(Finding.of("paper_uncovered", report["paper_outside_fraction"]))
     return tuple(found)
 

@@ -27,9 +27,9 @@ EDGE_MARGIN_MM = 16.0  # round the page, once all of it is found: its edge is se
 FIRST_STIFFNESS = 1e4  # mm⁴: of the surface through features: a wave of 97 mm and 36° is followed to half a millimetre
 ROUND_SETTLED_MM = 0.02  # of the same surfaces: a tenth of a pixel
 ROUND_STIFFNESS = 1e3  # mm⁴: between the rounds, where the surface only has to lie within the reach of the next
-MOST_GROWTHS = 6  # coarse rounds: from a part of a roll to all of it
+MAX_GROWTHS = 6  # coarse rounds: from a part of a roll to all of it
 GROWN = 0.01  # of the page's area, that one more coarse round adds at least
-MOST_PIECES = 2  # of the pages of a spread: leaflets and maps have more, and print beside their folds
+MAX_PIECES = 2  # of the pages of a spread: leaflets and maps have more, and print beside their folds
 MISSED_SHARE = 0.9  # of the measured points lie nearer to the surface than what it misses them by
 ROUGH_MM = 0.3  # of an edge in masks, standard deviation: half a pixel of theirs
 EXPLAINED = 0.5  # of that, by facets: of a creased page a tenth is left, of photographs that disagree most of it
@@ -60,7 +60,7 @@ def refined(
 ) -> Fitted:
     """The surface after all rounds, begun with points (n, 3) mm that features gave; the model is adjusted to each."""
     fitted = _of_few_pieces(joined, model, masks, points, progress)
-    if _pieces(fitted) > MOST_PIECES:
+    if _pieces(fitted) > MAX_PIECES:
         fitted = _of_facets(joined, model, masks, fitted, progress)
     elif _missed(fitted) > CREASED_MM:
         before = replace(model)
@@ -76,12 +76,12 @@ def refined(
 def _of_few_pieces(
     joined: Sequence[Photograph], model: Model, masks: PaperMasks, points: Floats, progress: Progress
 ) -> Fitted:
-    """The smooth surface, or that of pieces; it ends early where these are more than MOST_PIECES."""
+    """The smooth surface, or that of pieces; it ends early where these are more than MAX_PIECES."""
     greys = smoothed_copies(joined, COARSE_SIDE)
     surface: PageSurface
     surface, area = _first_surface(model, masks, points)
     rounds: list[dict[str, float]] = []
-    plans, before, last = [COARSE] * MOST_GROWTHS + list(ROUNDS[1:]), 0, COARSE
+    plans, before, last = [COARSE] * MAX_GROWTHS + list(ROUNDS[1:]), 0, COARSE
     while plans:
         plan = plans.pop(0)
         progress("surface", len(rounds) / (len(rounds) + len(plans) + 1))
@@ -94,7 +94,7 @@ def _of_few_pieces(
         stiffness = ROUND_STIFFNESS
         smooth, feet = fit_surface(points, feet, smooth, stiffness=stiffness, settled=ROUND_SETTLED_MM)
         surface = smooth if plan is COARSE else fold(points, feet, smooth)
-        if isinstance(surface, FoldedSurface) and len(surface.pieces) > MOST_PIECES:
+        if isinstance(surface, FoldedSurface) and len(surface.pieces) > MAX_PIECES:
             break
         if isinstance(surface, FoldedSurface) and plan is not last:
             plans.insert(0, plan)  # again, now up to the creases

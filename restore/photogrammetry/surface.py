@@ -23,7 +23,7 @@ from restore.photogrammetry.spline import BORDER, add_bending, add_points, add_s
 from restore.scan import Floats, Ints, Mask
 
 STEP_MM = 8.0  # of the knots: a wave of 90 mm and 38° lies within 5 µm of such a spline
-MOST_STEPS = 10  # of Gauss–Newton
+MAX_STEPS = 10  # of Gauss–Newton
 REACH_MM = 4.0  # by which a surface may be off at first
 REFINING_MM = 0.1  # between two stiffnesses
 SETTLED_MM = 1e-3  # largest move at a point
@@ -31,13 +31,13 @@ COMPARED_MM = 0.01  # the same between two stiffnesses: errors of 0.02 mm at mos
 FEET_STEPS = 3
 HUBER = 2.5  # standard deviations beyond which a point pulls no harder
 STRAIN_STIFFNESS = 8e3  # mm² for a cell of STEP_MM: strain of 2e-4 costs as much as a point that is 0.02 mm off
-MOST_STRAIN = 0.01  # of paper that may have creases
+MAX_STRAIN = 0.01  # of paper that may have creases
 SLIDING = 1e-3  # weight of a point along the sheet, against that along the normal: feet are free to slide
 STIFFNESSES = tuple(10.0**exponent for exponent in (5, 4, 3, 2, 1))  # mm⁴: tried, the stiffest first
 HELD_OUT = 0.1  # of the points tell which stiffness is best
 GAIN = 0.99  # of the error that a softer surface must leave at most, to be preferred
-LEAST_ON_SHEET = 0.5  # of the points
-LEAST_SIGMA_MM = 0.002  # of points: exact ones would all be outliers but a few
+MIN_ON_SHEET = 0.5  # of the points
+MIN_SIGMA_MM = 0.002  # of points: exact ones would all be outliers but a few
 SAMPLE_MM = 4.0  # of the places at which a sheet is resampled
 SEED = 5  # of what is held out
 
@@ -169,7 +169,7 @@ class Paper:
 
     stiffness: float
     along: float = 1.0
-    most_strain: float = MOST_STRAIN
+    most_strain: float = MAX_STRAIN
 
 
 def fit_surface(
@@ -209,8 +209,8 @@ def fit_paper(
     """
     surface, moving = start, reach
     distance = _distances(surface, points, feet)
-    for _ in range(MOST_STEPS):
-        sigma = max(robust_sigma(distance), moving, LEAST_SIGMA_MM)
+    for _ in range(MAX_STEPS):
+        sigma = max(robust_sigma(distance), moving, MIN_SIGMA_MM)
         weights = np.minimum(1.0, HUBER * sigma / np.maximum(np.abs(distance), TINY))
         equations = _Equations(surface, ruled=paper.along > 1.0)
         equations.add_points(points, feet, surface.normals(feet), weights, SLIDING if inextensible else 1.0)
@@ -236,7 +236,7 @@ def _check_on_sheet(surface: Surface, feet: Floats) -> None:
     low, high = surface.bounds
     beyond = BORDER * surface.step
     on_sheet = ((feet >= low - beyond) & (feet <= high + beyond)).all(axis=1)
-    if on_sheet.mean() < LEAST_ON_SHEET or not np.isfinite(feet).all():
+    if on_sheet.mean() < MIN_ON_SHEET or not np.isfinite(feet).all():
         raise _sheet_lost()
 
 

@@ -19,9 +19,9 @@ from restore.scan import Floats
 HALF = 4  # samples from the middle of a patch to its edge
 SIDE = 2 * HALF + 1
 BAND = 200  # patches at a time
-LEAST_VIEWS = 3
-LEAST_SHARE = 0.5  # of the views that face a patch are to be alike
-LEAST_ALIKE = 0.5  # correlation of a view with the others: less has one that something hides
+MIN_VIEWS = 3
+MIN_SHARE = 0.5  # of the views that face a patch are to be alike
+MIN_ALIKE = 0.5  # correlation of a view with the others: less has one that something hides
 
 
 def sweep(
@@ -107,7 +107,7 @@ def _sweep(
         best, facing = np.int64(0), used.sum()
         for turn in range(2):
             number = used.sum()
-            if number < LEAST_VIEWS:
+            if number < MIN_VIEWS:
                 break
             for k in range(steps):
                 total = np.zeros((SIDE, SIDE))
@@ -124,9 +124,9 @@ def _sweep(
                 norm = np.sqrt((total * total).sum())
                 for v in range(views):
                     if used[v]:
-                        used[v] = (total * pictures[best, v]).sum() > LEAST_ALIKE * norm
+                        used[v] = (total * pictures[best, v]).sum() > MIN_ALIKE * norm
         number = used.sum()
-        if number < max(LEAST_VIEWS, LEAST_SHARE * facing) or best == 0 or best == steps - 1:
+        if number < max(MIN_VIEWS, MIN_SHARE * facing) or best == 0 or best == steps - 1:
             continue
         before, top, after = scores[best - 1], scores[best], scores[best + 1]
         bend = 2.0 * top - before - after

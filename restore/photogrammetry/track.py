@@ -25,7 +25,7 @@ STEPS = 8  # of a search: more have lost their way
 FARTHEST = 12.0  # samples that a patch may be shifted by
 SETTLED = 0.01  # samples
 FACING = 0.25  # cosine of 75°: flatter, a patch is too short to measure
-LEAST_VIEWS = 2  # a side that stands upright is seen by half of the cameras, or fewer
+MIN_VIEWS = 2  # a side that stands upright is seen by half of the cameras, or fewer
 
 Picture = NDArray[np.float32]
 
@@ -54,9 +54,9 @@ class Tracked:
     sigma_mm: Floats
 
     def found(self, similarity: float, sigma_mm: float) -> Mask:
-        """(v, n) True for patches alike enough and certain enough, in LEAST_VIEWS views or more."""
+        """(v, n) True for patches alike enough and certain enough, in MIN_VIEWS views or more."""
         good = (self.similarity > similarity) & (self.sigma_mm < sigma_mm)
-        return np.asarray(good & (good.sum(axis=0) >= LEAST_VIEWS))
+        return np.asarray(good & (good.sum(axis=0) >= MIN_VIEWS))
 
 
 def track(greys: Picture, cameras: list[PhotoCamera], patches: Patches, spacing_mm: float) -> Tracked:
@@ -249,7 +249,7 @@ def _track(
                 elif turn < PASSES - 1:
                     total += (buffer - buffer.mean()) / (buffer.std() + 1e-9)
                     used += 1
-            if turn < PASSES - 1 and used >= LEAST_VIEWS:
+            if turn < PASSES - 1 and used >= MIN_VIEWS:
                 template[:] = total / used
         for v in range(views):
             if similarity[v, i] > 0.0:

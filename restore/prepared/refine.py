@@ -31,7 +31,7 @@ SLOPE_STRIDE = 8  # lines of the grid: the mean slope of a page needs no more
 STRIDE = 4  # samples: 15,000 nodes for a page that fills the picture; half of it changes no corner by 0.01 mm
 NONLINEAR_MM = 0.02  # a quarter of a pixel at 300 dpi: less is not seen
 # of an edge: no surface that bends evenly moves the middle farther within a few samples; a crease does
-MOST_APART = 0.05
+MAX_APART = 0.05
 SPLITS = 2  # of splitting: the halves of a cell of four samples are as wide as one then
 
 
@@ -110,7 +110,7 @@ def subdivide(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
         middles = _middles(sheet, normals, nodes, sides.edges)
         apart = np.hypot(*(middles - 0.5 * (nodes[start] + nodes[end])).T)
         off = apart / straight_lengths(nodes, sides.edges)  # share of an edge
-        split = (off * straight_lengths(flat, sides.edges) > NONLINEAR_MM) & (off < MOST_APART)
+        split = (off * straight_lengths(flat, sides.edges) > NONLINEAR_MM) & (off < MAX_APART)
         if not split.any():
             break
         faces = _split_faces(faces, sides.edge.reshape(-1, 3), split, len(nodes))

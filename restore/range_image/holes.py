@@ -22,10 +22,10 @@ from restore.range_image.remove_table import MIN_OF_TABLE
 from restore.range_image.segmentation.segment import SegmentedScan
 from restore.scan import Floats, Mask, SurfaceMesh
 
-LEAST_SAMPLES = 6  # on the table, of one hole: two millimetres wide for a page that fills the picture
-LEAST_STEP_MM = 1.0  # from paper to table: a page that lies on it may have print of its colour
+MIN_SAMPLES = 6  # on the table, of one hole: two millimetres wide for a page that fills the picture
+MIN_STEP_MM = 1.0  # from paper to table: a page that lies on it may have print of its colour
 STEP_SIGMAS = 10.0  # of the noise of the table
-LEAST_SHARE = 0.3  # of a gap in the sheet: where less of it shows the table, the rest is a drop-out next to a hole
+MIN_SHARE = 0.3  # of a gap in the sheet: where less of it shows the table, the rest is a drop-out next to a hole
 BROAD = (5, 5)  # samples: what is narrower at a hole is a chain of drop-outs next to it
 
 
@@ -38,7 +38,7 @@ def holes_to_table(sheet: Sheet, segmented: SegmentedScan) -> Mask:
     Returns (rows, cols) bool.
     """
     beside = sheet.inside & sheet.scan.measured & ~sheet.measured
-    if segmented.table is None or beside.sum() < LEAST_SAMPLES:
+    if segmented.table is None or beside.sum() < MIN_SAMPLES:
         return np.zeros_like(beside)
     table = segmented.scan.points[segmented.table]
     return _holes(sheet, np.where(beside[..., None], sheet.scan.points, np.nan), table)
@@ -70,12 +70,12 @@ def _holes(sheet: Sheet, behind: Floats, table: Floats) -> Mask:
     through = _on_table(sheet, behind, table) if len(table) >= MIN_OF_TABLE else np.zeros(sheet.inside.shape)
     gaps, count = label(sheet.inside & ~sheet.measured, np.ones((3, 3)))
     seen, size = (np.bincount(gaps[cells], minlength=count + 1) for cells in (through > 0.0, gaps > 0))
-    known = (through > 0.0) & (seen >= LEAST_SAMPLES)[gaps]
+    known = (through > 0.0) & (seen >= MIN_SAMPLES)[gaps]
     if not known.any():
         return known
     distance, (row, col) = distance_transform_edt(~known, return_indices=True)
     shadowed = (gaps == gaps[row, col]) & (distance < SHADOW_SLOPE * through[row, col])
-    shadowed &= (seen > LEAST_SHARE * size)[gaps] & (gaps > 0)
+    shadowed &= (seen > MIN_SHARE * size)[gaps] & (gaps > 0)
     return known | _without_tails(known | shadowed, known)
 
 
@@ -98,7 +98,7 @@ def _on_table(sheet: Sheet, behind: Floats, table: Floats) -> Floats:
     plane, *_ = np.linalg.lstsq(design, found, rcond=None)
     paper, of_table, own = sheet.planes[..., 0], _design(behind) @ plane, -1.0 / behind[..., 2]
     step = paper - of_table
-    least = np.maximum(LEAST_STEP_MM * paper * of_table, STEP_SIGMAS * robust_sigma(found - design @ plane))
+    least = np.maximum(MIN_STEP_MM * paper * of_table, STEP_SIGMAS * robust_sigma(found - design @ plane))
     on_table = (step > least) & (np.abs(own - of_table) < np.minimum(0.5 * step, least))
     return np.where(on_table, step / (of_table * abs(sheet.rays.dx)), 0.0)
 

@@ -21,7 +21,7 @@ from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 STEEP = 1.0  # slope from the table, 45°: a face with a vertex in its plane that is steeper bridges the step
 HANGS = 0.25  # of the height of its highest vertex: the lowest of a face that hangs from the page to the table
 MIN_BRIDGES = 0.3  # of the faces between page and table: all but where the page touches it; none within a page
-LEAST_VIEW = 4 * BORDER_BAND  # samples a side: the border where a table is looked for is three quarters of it
+MIN_VIEW = 4 * BORDER_BAND  # samples a side: the border where a table is looked for is three quarters of it
 MIN_OF_TABLE = 3  # vertices or samples that determine its plane
 
 
@@ -41,7 +41,7 @@ def page_and_table(mesh: ValidMesh) -> tuple[ValidMesh, SurfaceMesh | None]:
     mix both depths. A mesh of which no single view shows all, or without a table, is returned as it is, with None.
     """
     view = view_of(mesh)
-    if view is None or min(view[0].points.shape[:2]) < LEAST_VIEW:
+    if view is None or min(view[0].points.shape[:2]) < MIN_VIEW:
         return mesh, None
     scan, rays = view
     table = find_table(scan, inverse_depths(scan), scan.measured, framed=False).samples

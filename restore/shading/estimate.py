@@ -22,8 +22,8 @@ from restore.shading.relief import Field
 from restore.shading.shadow_edges import place_lamps
 from restore.shading.surroundings import Places, Surroundings
 
-LEAST_PAPER = 50  # cells: fewer tell nothing of the light
-LEAST_REGIONS = 0.02  # of the page: smaller regions of constant print judge no light
+MIN_PAPER = 50  # cells: fewer tell nothing of the light
+MIN_REGIONS = 0.02  # of the page: smaller regions of constant print judge no light
 CAP = 0.15  # of the light: what deviates by more is print
 BLOCKS = 6  # across and down: within one, deviations go together
 CERTAIN, COLOURED = 2.0, 3.0  # standard errors of the sum over blocks; of lamps of several colours, which are rare
@@ -48,7 +48,7 @@ class Judges:
     def of(cls, colour: Field, regions: Regions, inside: Mask) -> Judges:
         """Judges spread over the regions of a page with linear colour (r, c, 3); none where regions are too small."""
         known = np.flatnonzero(regions.labels)
-        if len(known) < max(LEAST_REGIONS * inside.sum(), LEAST_PAPER):
+        if len(known) < max(MIN_REGIONS * inside.sum(), MIN_PAPER):
             known = known[:0]
         cells = known[1 :: max(2, len(known) // JUDGES)]
         row, col = np.divmod(cells, inside.shape[1])
@@ -153,12 +153,12 @@ def _candidates(
     colour: Field, paper: Ints, places: Places, surroundings: Surroundings, labels: Ints, inside: Mask
 ) -> Iterator[tuple[str, Light]]:
     """What the light may be fitted to, and the light."""
-    if len(paper) >= LEAST_PAPER:
+    if len(paper) >= MIN_PAPER:
         chosen = paper[:: max(1, len(paper) // SAMPLES)]
         fitted = fit_light(colour[chosen], places[chosen], surroundings)
         yield "paper", place_lamps(fitted, colour.reshape(*inside.shape, 3), chosen, places, inside)
     labels = labels.ravel()
     known = np.flatnonzero(labels)
     chosen = known[:: max(2, len(known) // SAMPLES)]
-    if (labels[chosen] == 1).sum() >= LEAST_PAPER:
+    if (labels[chosen] == 1).sum() >= MIN_PAPER:
         yield "regions", fit_light(colour[chosen], places[chosen], surroundings, labels[chosen])

@@ -21,7 +21,7 @@ from restore.scan import Bytes, Floats, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollows
 from restore.shading.divide import divided
-from restore.shading.estimate import DIMMEST, LEAST_PAPER, Estimate, Judges, estimate_again, estimate_light
+from restore.shading.estimate import DIMMEST, MIN_PAPER, Estimate, Judges, estimate_again, estimate_light
 from restore.shading.horizon_map import fill_nearest
 from restore.shading.paper import paper_candidates
 from restore.shading.regions import regions_of
@@ -55,7 +55,7 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     Where the page does not tell its light for certain the image is returned unchanged, and the report gives the reason.
     """
     colour, inside = _cells(image, mask, dpi, relief)
-    if inside.sum() < LEAST_PAPER:
+    if inside.sum() < MIN_PAPER:
         return _kept(image, "the page is too small")
     regions = regions_of(colour, relief.normals, inside)
     judges = Judges.of(colour, regions, inside)

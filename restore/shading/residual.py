@@ -15,7 +15,7 @@ import numpy as np
 from restore.numerics.limits import SINGLE_TINY
 from restore.scan import Floats, Ints, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
-from restore.shading.regions import LEAST_SHARE, NOISE_RANGE, WINDOW, patches_of, relative_noise
+from restore.shading.regions import MIN_SHARE, NOISE_RANGE, WINDOW, patches_of, relative_noise
 from restore.shading.relief import Field
 from restore.texture.page import MM_PER_INCH
 
@@ -51,7 +51,7 @@ def residual_light(ratio: Field, normals: Field, inside: Mask, dpi: float) -> Re
     smooth = np.ones_like(ratio[..., :1])
     plain = inside & ~_tinted(ratio, inside)
     ground = _core(ratio, patches) & plain
-    if ground.sum() < LEAST_SHARE * inside.sum():
+    if ground.sum() < MIN_SHARE * inside.sum():
         return Residual(smooth, np.zeros_like(inside), level)
     for _ in range(ROUNDS):
         smooth = _surface(ratio, ground, dpi)

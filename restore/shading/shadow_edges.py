@@ -20,7 +20,7 @@ from restore.shading.surroundings import Places
 
 REACH = 19  # cells, 8 mm: edges lie no farther from where a first fit predicts them
 STROKE = 5  # cells, 2.1 mm: what is darker and narrower is closed over
-LEAST_CELLS = 100  # fewer place no lamp better
+MIN_CELLS = 100  # fewer place no lamp better
 EDGES = 2 * SAMPLES
 
 
@@ -31,7 +31,7 @@ def place_lamps(light: Light, colour: Field, paper: Ints, places: Places, inside
     light was fitted to.
     """
     edges = np.flatnonzero(inside & _near_shadow_edges(light, places, inside))
-    if len(edges) < LEAST_CELLS:
+    if len(edges) < MIN_CELLS:
         return light
     chosen = np.union1d(paper, edges[:: max(1, len(edges) // EDGES)])
     return refit_light(light, as_list(_closed(colour, inside))[chosen], places[chosen])

@@ -28,12 +28,12 @@ REACH = 3  # cells to either side, where a step so blurred has ended
 VISIBLE = 0.03  # of the light, ΔE 1: a smaller step is not seen
 ABRUPT = 0.5  # of the change over 2·REACH cells comes within two cells: in a constant gradient a third does
 NEAREST = 0.25  # of the change: what is nearer to one end of it belongs to that side
-LEAST_SIDE = 3  # cells
+MIN_SIDE = 3  # cells
 FARTHEST = float(ndtri(0.997))  # widths: no more can be told of a distance from the blurred light
 DISPLACED = 1.0  # cells, standard deviation: half a sample of the range grid, and as much between shape and picture
 WIDTH = 0.7  # cells: the standard deviation of a step in the picture, of pixels of half a millimetre and a lens
 SPREAD = 0.5  # of its logarithm: a crease may have a radius, a camera more pixels
-MOST_PRIOR = 2.0  # of either standard deviation: the picture is asked no further
+MAX_PRIOR = 2.0  # of either standard deviation: the picture is asked no further
 TRIED = 0.25  # cells: of displacements, a part of the width of a step
 UNLIKE = 0.05  # of its contrast: no step is drawn as a Gaussian's integral
 ALONG = 6  # cells to either side, 2.5 mm: a crease is straight over so much
@@ -147,7 +147,7 @@ class _Shown:
         """(2, n) the displacement that leaves least, of some; what no light explains, such as ink, counts no more than
         any other that none does."""
         best, least = np.zeros((2, len(self.at))), np.full(len(self.at), np.inf)
-        for shift in np.arange(-MOST_PRIOR, MOST_PRIOR + TRIED, TRIED) * DISPLACED:
+        for shift in np.arange(-MAX_PRIOR, MAX_PRIOR + TRIED, TRIED) * DISPLACED:
             light, _ = self.light(shift, 0.0)
             rest = np.minimum(np.abs(self.seen / light - 1) / self.noise, OUTLYING)
             cost = self.summed(rest * rest, ALONG) + (shift / DISPLACED) ** 2
@@ -178,7 +178,7 @@ class _Shown:
         both, left, right = (self.summed(by, along) for by in (by_shift * by_spread, by_shift * rest, by_spread * rest))
         determinant = one * other - both * both
         solved = (other * left - both * right) / determinant, (one * right - both * left) / determinant
-        most = MOST_PRIOR * np.array(deviations)[:, None]
+        most = MAX_PRIOR * np.array(deviations)[:, None]
         return np.asarray(np.clip(np.stack(solved), -most, most))
 
     def summed(self, values: Floats, along: int) -> Floats:
@@ -220,7 +220,7 @@ def _sides(light: Field, total: Field, blurred: Field, some: Mask, first: int, c
                         counts[side] += 1
                         for k in range(3):
                             sums[side, k] += colours[i, j, k]
-            if counts.min() < LEAST_SIDE:
+            if counts.min() < MIN_SIDE:
                 continue
             rise, floor = 0.0, 0.0
             for k in range(3):

@@ -23,7 +23,7 @@ PATCH = 6  # nodes across and down, 11 mm: what a patch reflects arrives spread 
 # Of the way to the horizon: what stands before a place rises to it from somewhere on the way, and beyond it lies the
 # far side, which is not seen.
 WITHIN = 0.8
-LEAST_SHARE = 1e-3  # of a place's view: a direction with less is left out
+MIN_SHARE = 1e-3  # of a place's view: a direction with less is left out
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ def _shares(horizon: HorizonMap) -> csr_matrix:
     """(nodes, p) how much of the view of every node each patch fills."""
     rows, cols = horizon.heights.shape
     share = horizon.views[1]
-    row, col, way = np.nonzero(share > LEAST_SHARE)  # nothing where it is not known
+    row, col, way = np.nonzero(share > MIN_SHARE)  # nothing where it is not known
     ahead = WITHIN * horizon.reaches[row, col, way][:, None] * ONWARD[way]
     there = [
         np.clip(np.rint(at + ahead[:, k]), 0, n - 1).astype(int) // PATCH

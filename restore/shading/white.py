@@ -21,7 +21,7 @@ from restore.shading.srgb import LINEAR, srgb_codes
 from restore.texture.page import MM_PER_INCH
 
 CELL_MM = 0.42  # over which the paper's colour is averaged: the finest print leaves cells of bare paper between words
-LEAST_PAPER = 0.05  # of the page: text leaves two thirds bare, a picture to the border next to nothing
+MIN_PAPER = 0.05  # of the page: text leaves two thirds bare, a picture to the border next to nothing
 # Of the channels to green, in linear light: white paper under lamps of 2500 K to 12,000 K (Planckian radiators seen by
 # a camera balanced for daylight) has red from 0.83 to 2.7 and blue from 0.18 to 1.6; what lies beyond is a coloured
 # ground. A fifth more for the tint of papers.
@@ -45,7 +45,7 @@ def balance_on_paper(image: Bytes, mask: Mask, dpi: float) -> WhiteBalance:
     colour, inside = _cells(image, mask, dpi)
     paper = paper_candidates(colour, inside, MM_PER_INCH / CELL_MM)
     share = float(paper.sum() / max(int(inside.sum()), 1))
-    if share < LEAST_PAPER:
+    if share < MIN_PAPER:
         return _unchanged(image, f"bare paper is found on {share:.0%} of the page only")
     white = np.median(colour[paper], axis=0).astype(float)
     red, _, blue = white / max(white[1], SINGLE_TINY)

@@ -34,7 +34,7 @@ FAINT = 0.5  # of the contrast between white and black: so much has a bit half a
 REACH = 2  # pixels: three standard deviations of the blur of a camera in focus
 STEP = 0.5  # of the grey levels, a fifth of the light
 HALF_LIGHT = 0.735  # grey levels (sRGB) at half the light: on the edge between bright and dark
-LEAST_NOISE = 0.3  # grey levels: rounding to whole ones has 1/√12
+MIN_NOISE = 0.3  # grey levels: rounding to whole ones has 1/√12
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ def projected_light(white: Bytes, black: Bytes) -> Light:
     level = white.astype(np.float32) - black
     round_it = np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8)
     darkest, brightest = cv2.erode(level, round_it), cv2.dilate(level, round_it)
-    least = LIT_SIGMAS * max(noise, LEAST_NOISE)
+    least = LIT_SIGMAS * max(noise, MIN_NOISE)
     even = (level > least) & (darkest > STEP * brightest)
     brighter = (darkest > least) & (level > HALF_LIGHT * brightest)
     return Light(np.where(even, level, np.float32(0)), np.asarray(even | brighter))

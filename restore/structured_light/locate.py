@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from restore.scan import Floats, Mask
 from restore.structured_light.decode import Axis, Codes, Crossings
 
-LEAST_EDGES = 6  # twice the unknowns of a plane
-MOST_VARIANCE = 1 / 3  # of that of an edge: samples have about equal noise, or the least certain look like outliers
-MOST_RESIDUAL = 0.25  # projector pixels: on one surface edges lie within a tenth, on two they are whole pixels apart
+MIN_EDGES = 6  # twice the unknowns of a plane
+MAX_VARIANCE = 1 / 3  # of that of an edge: samples have about equal noise, or the least certain look like outliers
+MAX_RESIDUAL = 0.25  # projector pixels: on one surface edges lie within a tenth, on two they are whole pixels apart
 # A pixel's code is its coordinate rounded, and its own edges are known to a quarter of a pixel wherever they count.
 ROUNDED = 0.5 + 0.25
 WIDER = 2.0  # window where stripes are wide, as on a slope that faces away from the projector
@@ -45,7 +45,7 @@ def _locate(
         row, col = _nearest(code, x, y, reach)
         if row < 0:
             continue
-        best = MOST_RESIDUAL
+        best = MAX_RESIDUAL
         for window in (radius, WIDER * radius):
             for k in range(len(SHIFTS)):
                 middle = SHIFTS[k] * window
@@ -55,7 +55,7 @@ def _locate(
                     best, found[n] = residual, plane[0]
                     if k == 0:
                         break
-            if best < MOST_RESIDUAL:
+            if best < MAX_RESIDUAL:
                 break
     return found
 
@@ -107,12 +107,12 @@ def _plane(
                         normal[i, j] += design[i] * design[j]
                 squares += value * value
                 count += 1
-    if count < LEAST_EDGES:
+    if count < MIN_EDGES:
         return side, np.inf
     minor = normal[1, 1] * normal[2, 2] - normal[1, 2] ** 2
     determinant = float(np.linalg.det(normal))
     # Their ratio is the variance of the plane at (x, y), in units of that of one edge.
-    if not determinant > 0.0 or minor > MOST_VARIANCE * determinant:
+    if not determinant > 0.0 or minor > MAX_VARIANCE * determinant:
         return side, np.inf
     plane = np.linalg.solve(normal, side)
     residual = float(np.sqrt(max(squares - float(plane @ side), 0.0) / count))

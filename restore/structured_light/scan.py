@@ -18,14 +18,14 @@ from restore.structured_light.locate import locate
 from restore.structured_light.rig import Rig
 from restore.structured_light.triangulate import triangulate
 
-LEAST_SHARE = 0.02  # of the picture's samples: a smaller piece is no page
+MIN_SHARE = 0.02  # of the picture's samples: a smaller piece is no page
 EDGES_A_SAMPLE = 1.5  # of the pattern, to a sample: with fewer its noise is that of its neighbours
 RADIUS = 0.75  # of the window round a sample, in samples: it shares a third of its edges with the next
 OUTLIER_SIGMAS = 5.0  # of the epipolar residual: in a million samples noise alone exceeds it once or twice
-LEAST_EPIPOLAR = 0.05  # projector pixels: least limit, or exact data would be all outliers
-MOST_EPIPOLAR = 2.0  # projector pixels, of most samples: calibrations come within one
+MIN_EPIPOLAR = 0.05  # projector pixels: least limit, or exact data would be all outliers
+MAX_EPIPOLAR = 2.0  # projector pixels, of most samples: calibrations come within one
 CLIPPED = 254  # grey levels of a picture that is overexposed
-MOST_CLIPPED = 0.2  # of the lit pixels
+MAX_CLIPPED = 0.2  # of the lit pixels
 KEPT_LINES = 0.5  # of the samples of the fullest row: a row with fewer is beside the projector's picture
 
 DARK_HINT = (
@@ -61,7 +61,7 @@ def scan_captures(pictures: Sequence[Bytes], colour: Bytes, rig: Rig) -> RangeSc
     frame = _frame(kept)
     facts = _provenance(rig, len(pictures), light.lit, kept, residual)
     clipped = float((white[light.lit] >= CLIPPED).mean())
-    findings = (Finding.of("overexposed", clipped),) if clipped > MOST_CLIPPED else ()
+    findings = (Finding.of("overexposed", clipped),) if clipped > MAX_CLIPPED else ()
     return RangeScan(np.ascontiguousarray(points[frame]), colour, grid.pixels[frame].copy(), facts, findings=findings)
 
 
@@ -118,19 +118,19 @@ def _consistent(depth: Floats, residual: Floats, lit: Mask) -> Mask:
     Raises NotEnoughSurface or BadInput when they are too few, or agree nowhere.
     """
     known = np.isfinite(residual)
-    if known.mean() < LEAST_SHARE:
+    if known.mean() < MIN_SHARE:
         raise NotEnoughSurface(
             f"the patterns can be read at {known.mean():.1%} of the image, and {lit.mean():.0%} of it is lit",
             DARK_HINT,
         )
     middle = float(np.median(residual[known]))
     typical = float(np.median(np.abs(residual[known])))
-    if typical > MOST_EPIPOLAR or float(np.mean(depth[known] > 0)) < 0.5:
+    if typical > MAX_EPIPOLAR or float(np.mean(depth[known] > 0)) < 0.5:
         raise BadInput(
             f"the calibration does not fit: lines of sight pass each other by {typical:.1f} pixels of the projector",
             CALIBRATION_HINT,
         )
-    limit = max(OUTLIER_SIGMAS * robust_sigma(residual[known] - middle), LEAST_EPIPOLAR)
+    limit = max(OUTLIER_SIGMAS * robust_sigma(residual[known] - middle), MIN_EPIPOLAR)
     return known & (np.abs(residual - middle) < limit) & (depth > 0)
 
 

@@ -14,7 +14,7 @@ from scipy.special import fdtrc
 from restore.scan import Floats
 
 COLUMNS, ROWS = 6, 4
-LEAST_RANGE = 0.05  # of the light: below it, half a unit of L*, fit and lamp cannot be told apart
+MIN_RANGE = 0.05  # of the light: below it, half a unit of L*, fit and lamp cannot be told apart
 CHANCE = 0.001  # of an even light that is taken for an uneven one
 FLARE = 0.05  # of white: stray light and noise hide what darker patches say
 
@@ -46,7 +46,7 @@ def measure_evenness(seen: Floats, wanted: Floats) -> Evenness:
     light = np.exp(terms @ fit)
     light /= light.max()
     fall_off = float(1.0 - light.min())
-    if fall_off < LEAST_RANGE or fdtrc(free, rest, improvement) > CHANCE:
+    if fall_off < MIN_RANGE or fdtrc(free, rest, improvement) > CHANCE:
         return EVEN
     return Evenness(light, fall_off)
 

@@ -107,7 +107,7 @@ AllowDistorted = Annotated[
 ]
 Debug = Annotated[bool, typer.Option("--debug", help="Print the traceback of an error.")]
 
-MOST_S = 1e6  # of any time that is waited: eleven days
+MAX_S = 1e6  # of any time that is waited: eleven days
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ SMALL = "\u03ac-\u03ce\u1f00-\u1fff"
 MICRO_IN_WORD = f"(?<=[{SMALL}])\u00b5|\u00b5(?=[{SMALL}])"  # beside a small letter, not a capital: a microohm stays
 WORD = "[\u0370-\u03ff\u1f00-\u1fff]+"
 # Words of the old spelling that begin with a vowel all have a breathing; of today's one in ten is read with one.
-MOST_BREATHED = 0.5
+MAX_BREATHED = 0.5
 VOWELS = "αεηιουω"
 SYLLABLE = f"(?:αι|ει|οι|υι|αυ|ευ|ηυ|ου|[{VOWELS}])"
 PSILI, DASIA, IOTA = "\u0313", "\u0314", "\u0345"
@@ -47,7 +47,7 @@ def has_breathings(text: str) -> bool:
     letters = [unicodedata.normalize("NFD", word) for word in re.findall(WORD, text)]
     begun = [word for word in letters if word[0].lower() in VOWELS]
     breathed = [word for word in begun if re.search(f"[{PSILI}{DASIA}]", word)]
-    return len(breathed) > MOST_BREATHED * len(begun)
+    return len(breathed) > MAX_BREATHED * len(begun)
 
 
 def monotonic(word: str) -> str:

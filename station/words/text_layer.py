@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 XHTML = "{http://www.w3.org/1999/xhtml}"
 GLYPH_WIDTH = 0.5  # em: of every glyph of Tesseract's invisible font
-LEAST_SIZE = 1.0  # pixels
+MIN_SIZE = 1.0  # pixels
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def _lines(paragraph: ElementTree.Element, scale: float) -> Iterator[Line]:
             continue
         left, top, _, bottom = (value / scale for value in place["bbox"])
         slope, offset = place.get("baseline", (0.0, 0.0))
-        yield Line(words, left, bottom + offset / scale, slope, max(bottom - top, LEAST_SIZE))
+        yield Line(words, left, bottom + offset / scale, slope, max(bottom - top, MIN_SIZE))
 
 
 def _words(line: ElementTree.Element, scale: float) -> Iterator[Word]:
@@ -63,7 +63,7 @@ def _words(line: ElementTree.Element, scale: float) -> Iterator[Word]:
         text = "".join(element.itertext()).strip()
         if element.get("class") == "ocrx_word" and text:
             left, _, right, _ = (value / scale for value in _properties(element)["bbox"])
-            yield Word(text, left, max(right, left + LEAST_SIZE))
+            yield Word(text, left, max(right, left + MIN_SIZE))
 
 
 def _properties(element: ElementTree.Element) -> dict[str, tuple[float, ...]]:

@@ -30,7 +30,7 @@ PACKAGE = "tesseract-ocr"  # of Debian and Ubuntu; Homebrew and Windows installe
 # read worse as they are. Finer ones show blur and noise of the camera as detail, and read worse as well, but small type
 # needs their pixels.
 READING_DPI = 300
-MOST_ENLARGED = 4.0  # a page of 75 dpi: beyond that there is nothing left to read
+MAX_ENLARGED = 4.0  # a page of 75 dpi: beyond that there is nothing left to read
 READING_X_HEIGHT_PX = 10.0  # that of type of 5 points at READING_DPI
 LETTER_INCHES = (0.012, 0.25)  # heights of the x in type of 2 points, and of capitals of 25
 # A camera's blur takes contrast from fine strokes and gaps first, and Tesseract then joins letters. On pages that it
@@ -39,7 +39,7 @@ SHARPENED_PX, SHARPENING = 2.0, 1.0  # standard deviation of what is subtracted,
 CONFIDENT = 93.0  # mean of Tesseract's confidence in words: of sharp print 95 and more, of blurred print less than 90
 DOUBTFUL = 60.0  # mean confidence below which words are not to be relied on: print upside down is read with 25 to 45
 SLENDER = 3.0  # times higher than wide, or wider than high: less is a letter, more a rule
-LEAST_LETTERS = 30  # to tell the type by
+MIN_LETTERS = 30  # to tell the type by
 ALTO = "http://www.loc.gov/standards/alto/ns-v4#"
 SCHEMA = "http://www.loc.gov/standards/alto/v4/alto-4-4.xsd"
 SCHEMA_PLACE = "{http://www.w3.org/2001/XMLSchema-instance}schemaLocation"
@@ -160,7 +160,7 @@ def sized_for_reading(image: Bytes, dpi: float) -> tuple[Bytes, float]:
     A page coarser than READING_DPI is enlarged to that; a finer one is shrunk to it, but no further than to where its
     small type has the height that is read surely.
     """
-    scale = min(READING_DPI / dpi, MOST_ENLARGED)
+    scale = min(READING_DPI / dpi, MAX_ENLARGED)
     if scale < 1.0:
         height = x_height_px(image, dpi)
         scale = min(max(scale, READING_X_HEIGHT_PX / height), 1.0) if height else 1.0
@@ -201,7 +201,7 @@ def x_height_px(image: Bytes, dpi: float) -> float | None:
     that most small words are set in.
     """
     heights = letters_of(image, dpi).heights
-    return float(np.quantile(heights, 0.25)) if len(heights) >= LEAST_LETTERS else None
+    return float(np.quantile(heights, 0.25)) if len(heights) >= MIN_LETTERS else None
 
 
 class Letters(NamedTuple):

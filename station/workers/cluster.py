@@ -14,7 +14,7 @@ from drivers import ScannerError
 from station.errors import StationError
 from station.workers.process import Isolation, Limits, MemoryFull, Result, Work
 
-LEAST_MIB = 512  # in less a process cannot even load its libraries
+MIN_MIB = 512  # in less a process cannot even load its libraries
 REFRESH_S = 10.0
 WAIT_S = 1.0  # between two looks while no worker can be used
 SAY_S = 30.0  # without one that can be used, until the reasons are said
@@ -124,8 +124,8 @@ class Cluster:
         problem = ""
         if spec is None or isinstance(spec, BaseException):
             problem = "planish is not installed there"
-        elif 0 < mib < LEAST_MIB:
-            problem = f"it has {mib} MiB for each of its threads, and a page needs {LEAST_MIB}"
+        elif 0 < mib < MIN_MIB:
+            problem = f"it has {mib} MiB for each of its threads, and a page needs {MIN_MIB}"
         return Place(threads, mib, problem)
 
     def _tell(self) -> None:

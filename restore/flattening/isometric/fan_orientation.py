@@ -22,7 +22,7 @@ from restore.numerics.limits import SINGLE_TINY, SMALL
 from restore.numerics.robust import MAD_TO_SIGMA
 from restore.scan import Floats, Ints
 
-MOST_WAYS = 2048  # to close a fan of twelve faces, which are all tried; larger fans follow from their neighbours
+MAX_WAYS = 2048  # to close a fan of twelve faces, which are all tried; larger fans follow from their neighbours
 BY_CHANCE = 0.5  # probability that a fan closes by chance; above it, that it closes proves nothing
 
 
@@ -69,7 +69,7 @@ def told_together(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> 
     known = upright & (gaps <= chance)
     fans = np.flatnonzero(inner & ~known)
     open_fans = int((gaps[fans] > chance).sum())
-    ways = min(BY_CHANCE * pi / (chance * max(open_fans, 1)), MOST_WAYS)  # of more some would close by chance
+    ways = min(BY_CHANCE * pi / (chance * max(open_fans, 1)), MAX_WAYS)  # of more some would close by chance
     if open_fans == 0 or ways < 4.0:  # those of the smallest fan, of three faces
         return signs, np.zeros(len(faces), np.int64)
     # An angle that is no more than chance says nothing of its face.

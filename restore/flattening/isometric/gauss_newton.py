@@ -23,19 +23,19 @@ from restore.numerics.limits import SMALL, TINY, overflows_silently, sum_in_orde
 from restore.numerics.robust import robust_sigma
 from restore.scan import Floats, Ints
 
-MOST_ITERATIONS = 200  # a developable sheet needs two to five, the least distorted page of another dozens
+MAX_ITERATIONS = 200  # a developable sheet needs two to five, the least distorted page of another dozens
 GRADIENT_TOLERANCE = 3e-6  # rms strain that a vertex could be relieved of alone, times √n: of a strain that changes
 # along the whole page alone a vertex feels one part in √n. What is left moves a vertex by 10⁻⁵ of an edge
-LEAST_DECREASE = 0.01  # of the energy in an iteration: steps to exact lengths decrease it by nearly all, and where
+MIN_DECREASE = 0.01  # of the energy in an iteration: steps to exact lengths decrease it by nearly all, and where
 # lengths contradict each other they get slowly shorter
-MOST_STRAIN = 0.03  # rms: no paper stretches so far. What does is not developable, or not a mesh of one sheet;
+MAX_STRAIN = 0.03  # rms: no paper stretches so far. What does is not developable, or not a mesh of one sheet;
 # and a page that stands still where its vertices could be relieved of that much has not been found
 INEXACTNESS = 0.03  # of the gradient, by its work, may be left by a linear solve: with more, bends of the page are left
 
 
 @overflows_silently
 def minimise_strain(
-    flat: Floats, network: Network, most: int = MOST_ITERATIONS, *, corner: float = np.inf, other: Floats | None = None
+    flat: Floats, network: Network, most: int = MAX_ITERATIONS, *, corner: float = np.inf, other: Floats | None = None
 ) -> Solution:
     """Minimise Σ area · ρ(length / rest length − 1) over the edges.
 
@@ -145,8 +145,8 @@ def _minimise(
             flat += further * step
             now = _linearised(flat, edges, per, areas, corner)
         residual = _relief(now)
-        if now.energy > (1.0 - LEAST_DECREASE) * before.energy:
-            return iteration + 1, residual, residual <= MOST_STRAIN
+        if now.energy > (1.0 - MIN_DECREASE) * before.energy:
+            return iteration + 1, residual, residual <= MAX_STRAIN
     return most, residual, False
 
 

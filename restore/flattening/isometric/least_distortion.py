@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
-from restore.flattening.isometric.gauss_newton import MOST_ITERATIONS
+from restore.flattening.isometric.gauss_newton import MAX_ITERATIONS
 from restore.flattening.solution import Solution
 from restore.mesh.measures import signed_areas, surface_area
 from restore.mesh.network import Network
@@ -37,7 +37,7 @@ def least_distorted_page(vertices: Floats, network: Network) -> Solution:
     start = start * size / np.sqrt(abs(float(signed_areas(start, faces).sum())))
     steps = slim(vertices, faces, start, 1)
     flat, moved, iterations = start, np.inf, 0
-    while iterations < MOST_ITERATIONS and moved > STILL:
+    while iterations < MAX_ITERATIONS and moved > STILL:
         iterations += 1
         flat, before = next(steps), flat
         moved = float(np.sqrt(((flat - before) ** 2).sum(axis=1).mean())) / size

@@ -17,7 +17,7 @@ from restore.flattening.conformal import flatten_conformal
 from restore.flattening.isometric.angle_synchronisation import flat_from_lengths
 from restore.flattening.isometric.fan_orientation import closing_signs
 from restore.flattening.isometric.fans import angle_fans
-from restore.flattening.isometric.gauss_newton import MOST_STRAIN, least_absolute_strain, minimise_strain, strained_less
+from restore.flattening.isometric.gauss_newton import MAX_STRAIN, least_absolute_strain, minimise_strain, strained_less
 from restore.flattening.isometric.least_distortion import least_distorted_page
 from restore.flattening.isometric.repair import inverted_count, opened, repaired
 from restore.flattening.solution import Follow, Solution
@@ -119,7 +119,7 @@ def stretched(flat: Floats, edges: Ints, lengths: Floats) -> bool:
     edges: (e, 2), of lengths (e,) mm on the surface.
     """
     strain = np.minimum(np.abs(edge_strain(flat, edges, lengths)), CAP)
-    return bool((strain**2).mean() > MOST_STRAIN**2)
+    return bool((strain**2).mean() > MAX_STRAIN**2)
 
 
 def least_strain_page(flat: Floats, network: Network, signs: Floats | None = None) -> Solution:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flattening.isometric.gauss_newton import MOST_ITERATIONS, minimise_strain, strained_less
+from restore.flattening.isometric.gauss_newton import MAX_ITERATIONS, minimise_strain, strained_less
 from restore.flattening.solution import Solution
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import Network
@@ -78,7 +78,7 @@ def open_inverted(flat: Floats, faces: Ints, signs: Floats, least: Floats) -> No
     flat: (n, 2) mm.
     least: (m,) mm², the area that each is opened to.
     """
-    for _ in range(MOST_ITERATIONS):  # as opening one may close its neighbours
+    for _ in range(MAX_ITERATIONS):  # as opening one may close its neighbours
         areas = signed_areas(flat, faces) * signs
         below = np.flatnonzero(areas < least)
         if _open(flat, faces, signs, least, below[np.argsort(areas[below], kind="stable")]) == 0:

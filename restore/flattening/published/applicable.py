@@ -27,14 +27,14 @@ from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints
 
 POINTS_PER_CELL = 1.0  # vertices: on a coarser lattice a wave is flattened, on a finer one cells have no vertex
-MOST_CELLS = 5000  # of the lattice: a step takes a second, and the page's errors are those of the scan by then
+MAX_CELLS = 5000  # of the lattice: a step takes a second, and the page's errors are those of the scan by then
 MARGIN = 2  # cells beyond the first feet on every side, for those that slide outward
 BENDING = 1e-3  # resistance of the nodes to bending, over that of the cells to stretching: where no vertex is near
 DAMPING = 1e-6  # of the diagonal: a flat lattice in its plane resists no motion across it
 FARTHEST = 1.0  # cells that a node or a foot moves in one step: beyond, the linear model does not hold
 HALVINGS = 3  # of a step, of the nodes or of a foot: it may overshoot where the lattice has a kink
-MOST_ITERATIONS = 30
-LEAST_DECREASE = 1e-3  # of the energy, in one iteration: the feet still slide by less than the scan's noise
+MAX_ITERATIONS = 30
+MIN_DECREASE = 1e-3  # of the energy, in one iteration: the feet still slide by less than the scan's noise
 
 
 @dataclass(frozen=True)
@@ -118,13 +118,13 @@ def flatten_applicable(posed: PosedSheet, network: Network, follow: Follow | Non
         return Bent(nodes, feet, float(energy + nodes.ravel() @ (bending @ nodes.ravel())))
 
     found = settled(_first_nodes(lattice, feet, points), feet)
-    for iteration in range(1, MOST_ITERATIONS + 1):
+    for iteration in range(1, MAX_ITERATIONS + 1):
         step, last = _step(lattice, found, points, bending), found
         tries = (settled(last.nodes + 0.5**halving * step, last.feet) for halving in range(HALVINGS + 1))
         found = next((tried for tried in tries if tried.energy < last.energy), last)
         if follow:
             follow(iteration, np.column_stack([lattice.step * found.feet, np.zeros(len(points))]))
-        if converged := found.energy > (1.0 - LEAST_DECREASE) * last.energy:
+        if converged := found.energy > (1.0 - MIN_DECREASE) * last.energy:
             break
     slide = float(np.sqrt(((found.feet - last.feet) ** 2).sum(axis=1).mean()))
     return Solution(lattice.step * found.feet, iteration, slide, converged)
@@ -140,7 +140,7 @@ def lattice_over(flat: Floats) -> tuple[Lattice, Floats]:
     long, wide = axes[:, 1], np.array([-axes[1, 1], axes[0, 1]])  # never mirrored
     own = offsets @ np.stack([long, wide], axis=1)
     low, size = own.min(axis=0), np.ptp(own, axis=0)
-    cells = min(len(flat) / POINTS_PER_CELL, MOST_CELLS)
+    cells = min(len(flat) / POINTS_PER_CELL, MAX_CELLS)
     step = max(sqrt(float(size.prod()) / cells), float(size.max()) / cells)
     cols, rows = (ceil(extent / step) + 1 + 2 * MARGIN for extent in size)
     return Lattice(rows, cols, step), (own - low) / step + MARGIN

@@ -15,7 +15,7 @@ from restore.scan import Floats, Ints, Mask
 INWARDS = 3  # samples over which a page goes on as at its outline: 2 to 4 mm
 MAX_APART = 10  # samples from a page to its table, besides the width of its shadow: of black cloth a tenth is measured
 STRIP = 6  # samples along the outline of a flat page, on both sides of it
-LEAST_STRIP = 100  # samples of one
+MIN_STRIP = 100  # samples of one
 PAPER_MM = 0.05  # half the thickness of paper of 80 g/m²: dark ink may seem nearer or farther, by less
 STEP_SIGMAS = 4.0
 MIN_SHEET = 0.05  # of the samples, in one piece; the rest of a page that fills the picture is letters and lines
@@ -87,7 +87,7 @@ def lies_above(page: Mask, table: Mask, plane: TablePlane) -> bool:
         plane.height[samples & _within(other, EDGE_BLUR + STRIP) & ~_within(other, EDGE_BLUR)]
         for samples, other in ((page & plane.samples, ~page), (table, page))
     )
-    if min(inner.size, outer.size) < LEAST_STRIP:
+    if min(inner.size, outer.size) < MIN_STRIP:
         return False
     error = np.sqrt(inner.var() / inner.size + outer.var() / outer.size)
     return bool(inner.mean() - outer.mean() > max(PAPER_MM, STEP_SIGMAS * error))

@@ -15,7 +15,7 @@ MIN_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
 MAX_BOW = 0.01  # of the breadth of the picture: what a table may be bowed by; a page is bent by more
 EVERYWHERE = 64  # samples between those that determine how far a surface is bowed
 MAX_SPAN = 24  # samples over which a page is nearly straight, and lines within one side of the band
-LEAST_SPANS = 30  # enough to estimate the noise to a sixth
+MIN_SPANS = 30  # enough to estimate the noise to a sixth
 
 
 class TablePlane(NamedTuple):
@@ -97,4 +97,4 @@ def _noise_sigma(inverse_depth: Floats, band: Mask, apart: int) -> float:
     before, own, after = (part[together] for part in (value[:-2], value[1:-1], value[2:]))
     off = (own - (1.0 - share) * before - share * after) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
     floor = MIN_NOISE_MM * float(np.nanmedian(inverse_depth)) ** 2
-    return max(robust_sigma(off), floor) if off.size >= LEAST_SPANS else floor
+    return max(robust_sigma(off), floor) if off.size >= MIN_SPANS else floor
