@@ -1,4 +1,4 @@
-"""Paint the page from photographs, and from the scanner's image where no photograph is good."""
+"""Textures the page from photographs, else from the scanner's image."""
 
 from __future__ import annotations
 
@@ -80,7 +80,10 @@ def _band(
 
 @numba.njit(cache=True, nogil=True)
 def _add(total: Codes, codes: Codes, weight: Codes, used: Mask) -> None:
-    """Add codes (h, w, 3) by their weight (h, w) to the sums total (h, w, 4), the last that of the weights."""
+    """Add codes (h, w, 3) by their weight (h, w) to the sums.
+
+    total: (h, w, 4), the last that of the weights.
+    """
     rows, cols = weight.shape
     for row in range(rows):
         for col in range(cols):
@@ -93,7 +96,7 @@ def _add(total: Codes, codes: Codes, weight: Codes, used: Mask) -> None:
 
 @numba.njit(cache=True, nogil=True)
 def _blended(total: Codes, off: Mask) -> Bytes:
-    """(h, w, 3) the means of sums (h, w, 4); paper where the page is not."""
+    """Return the means (h, w, 3) of sums (h, w, 4); paper off the page."""
     rows, cols = off.shape
     image = np.full((rows, cols, 3), PAPER, np.uint8)
     for row in range(rows):
@@ -123,7 +126,10 @@ def lit(codes: Codes, gain: Codes) -> Codes:
 
 
 def _carry_to_edge(image: Bytes, mask: Mask, margin: int) -> None:
-    """Give the last pixels before the edge of the page the colour of the nearest ones inside, in place."""
+    """Extend the colour of the nearest inner pixels to the page's edge.
+
+    In place, for the last pixels before the edge.
+    """
     if margin < 1:
         return
     away = cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]

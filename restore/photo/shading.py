@@ -1,7 +1,7 @@
-"""Remove the shading of a page that was painted from several pictures.
+"""Removes the shading of a page that was textured from several pictures.
 
-Each picture was taken by a light of its own, and on a creased page no smooth match makes one of the other. So each is
-painted painted_from, its own light is found and divided out, and only then are they blended.
+Each picture was taken in its own light, and on a creased page no smooth match makes one of the other. So each is
+textured alone, its own light is found and removed, and only then are they blended.
 """
 
 from __future__ import annotations
@@ -22,13 +22,16 @@ from restore.scan import Bytes, Mask
 from restore.shading.relief import Field, Relief
 from restore.shading.remove import ShadingResult, remove_shading
 
-SPARED = 97  # of the pixels that two pictures share, one in so many tells how they compare
+SPARED = 97  # every 97th common pixel of two pictures suffices for a comparison
 
 
 def remove_registered_shading(
     page: FlatMesh, registered: Sequence[Registered], dpi: float, relief: Relief, painted: Bytes, mask: Mask
 ) -> ShadingResult:
-    """A page without its light: image painted (h, w, 3) from registered photographs where mask (h, w) is True."""
+    """Return a page without its light, from registered photographs.
+
+    painted: (h, w, 3), the page's image, textured from them where mask (h, w) is True.
+    """
     sources = sources_of(page, registered)
     planned = plan(page, sources) if len(sources) > 1 else None
     used = [] if planned is None else [k for k, share in enumerate(planned.weights) if share.max() > MIN_SHARE]
@@ -53,7 +56,10 @@ def remove_registered_shading(
 
 
 def _report(evened: Mapping[int, ShadingResult], main: int) -> dict[str, Any]:
-    """The report on the main picture, and the first reason for which the light of any picture was kept."""
+    """Return the report on the main picture.
+
+    With the first reason for which the light of any picture was kept.
+    """
     reasons = {k: result.report["reason"] for k, result in evened.items() if "reason" in result.report}
     if not reasons:
         return evened[main].report
@@ -70,7 +76,10 @@ def _painted_from(page: FlatMesh, sources: Sequence[Source], planned: Plan, k: i
 
 
 def _gain(wanted: Bytes, given: Bytes, both: Mask) -> Field:
-    """(3,) by what the light of one picture must be multiplied to have the level and colour of another."""
+    """Return the gain (3,) that matches one picture's light to another's.
+
+    In level and colour.
+    """
     some = np.flatnonzero(both)[::SPARED]
     light = [LINEAR[picture.reshape(-1, 3)[some]].sum(axis=0, dtype=float) + SINGLE_TINY for picture in (wanted, given)]
     return np.asarray(light[0] / light[1], dtype=np.float32)
