@@ -1,4 +1,7 @@
-"""Where the scale card lies in a model of photographs, from all its markers in all views at once."""
+"""Pose of the scale card in a model of photographs.
+
+From all its markers in all views at once.
+"""
 
 from __future__ import annotations
 
@@ -24,11 +27,12 @@ MIN_SIGMA_PX = 0.03  # of the centre of a marker
 def find_card(
     cameras: Mapping[int, PhotoCamera], markers: Mapping[int, Mapping[int, Floats]], card: ScaleCard
 ) -> tuple[Similarity, float, int] | None:
-    """The similarity from the card's frame to that of the cameras, its rms error in mm on the card, and its markers.
+    """Find the similarity from the card's frame to that of the cameras.
 
-    The error leaves out the worst tenth, the last is their number. markers: photograph → marker → pixel (2,). None when
-    too few of them are seen in three views. The reprojection errors of all are least, with the weights that Cauchy's
-    distribution gives them.
+    The reprojection errors of all are least, with the weights that Cauchy's distribution gives them.
+    markers: photograph → marker → pixel (2,).
+    Returns also its rms error in mm on the card without the worst tenth, and the number of markers. None when too few
+    of them are seen in three views.
     """
     agreeing = agreeing_markers(cameras, markers)
     found = triangulate_markers(cameras, agreeing, MIN_VIEWS)
@@ -57,7 +61,10 @@ def find_card(
 def _equations(
     pose: Similarity, centres: Floats, cameras: Mapping[int, PhotoCamera], seen: list[tuple[int, int]]
 ) -> tuple[Floats, Floats]:
-    """Pixels (m, 2) of markers in views, and their derivatives (m, 2, 7) by log scale, rotation and shift."""
+    """Return pixels of markers and their derivatives.
+
+    Pixels (m, 2); derivatives (m, 2, 7) by log scale, rotation and shift.
+    """
     pixels, rows = np.empty((len(seen), 2)), np.empty((len(seen), 2, 7))
     for number, (view, marker) in enumerate(seen):
         arm = pose.scale * pose.rotation @ centres[marker]

@@ -1,9 +1,9 @@
-"""The facets of a relief, prolonged to the creases between them.
+"""Facets of a relief, prolonged to the creases between them.
 
-No patch that straddles a crease is measured, so a relief through the points cuts its creases off by some millimetres.
-A facet is what hangs together without a bend; beyond its last points it goes on as it is, and each place beside a
-crease lies on the facet that comes nearest to the relief there: of those that meet at a ridge that is the lower one.
-Towards the edge of the page only those facets go on that reach it.
+No patch that straddles a crease is measured, so a relief through the points cuts its creases off by some millimetres. A
+facet is a connected part without a bend; beyond its last points it continues as it is, and each place next to a crease
+lies on the facet that comes nearest to the relief there: of those that meet at a ridge that is the lower one. Towards
+the edge of the page only those facets continue that reach it.
 """
 
 from __future__ import annotations
@@ -29,9 +29,13 @@ STAGES = ((2.0, 3),)
 
 
 def prolonged(lattice: Lattice, heights: Floats, feet: Floats, above: Floats, of_facets: Mask, noise: Floats) -> Floats:
-    """(rows, cols) mm: heights (rows, cols) with those far from all points taken from the facets beside them.
+    """Return heights with those far from all points taken from facets.
 
-    feet (n, 2) and above (n,) mm are the points that the heights were fitted to; those of facets (n,) tell of them.
+    The facets next to them are prolonged.
+    heights: (rows, cols).
+    feet, above: (n, 2) and (n,) mm, the points that the heights were fitted to.
+    of_facets: (n,), those that belong to facets.
+    Returns (rows, cols) mm.
     """
     measured = _near(lattice, feet)
     rim, height, tolerance = feet[~of_facets], above[~of_facets], MISSED * noise[~of_facets]
@@ -61,14 +65,18 @@ def prolonged(lattice: Lattice, heights: Floats, feet: Floats, above: Floats, of
 
 
 def _near(lattice: Lattice, feet: Floats) -> Mask:
-    """(rows, cols) the nodes that have one of the places (n, 2) mm beside them."""
+    """Return the nodes (rows, cols) that have a place next to them.
+
+    feet: (n, 2) mm, the places.
+    """
     return np.asarray(cKDTree(feet).query(lattice.places)[0] < NEAR * lattice.step)
 
 
 def find_facets(lattice: Lattice, heights: Floats, measured: Mask) -> tuple[Ints, Floats]:
-    """The facet (rows − 1, cols − 1) that each cell lies on, −1 for none, and the normals of the cells (…, 3).
+    """Find the facet that each cell lies on, and the normals of the cells.
 
-    measured (rows, cols): the nodes that points tell of.
+    measured: (rows, cols), the nodes that points determine.
+    Returns (rows − 1, cols − 1), −1 for none, and normals (…, 3).
     """
     points = lattice.raised(heights)
     normals = np.cross(points[:-1, 1:] - points[:-1, :-1], points[1:, :-1] - points[:-1, :-1])
@@ -83,7 +91,10 @@ def find_facets(lattice: Lattice, heights: Floats, measured: Mask) -> tuple[Ints
 
 
 def _links(number: Ints, normals: Floats, known: Mask, most: float, axis: int) -> Ints:
-    """(k, 2) neighbours along an axis whose normals differ by less than `most`."""
+    """Return the neighbours (k, 2) along an axis with similar normals.
+
+    They differ by less than `most`.
+    """
     one, other = (np.delete(number, end, axis) for end in (-1, 0))
     flat, facing = known.ravel(), normals.reshape(-1, 3)
     joined = flat[one] & flat[other] & (np.linalg.norm(facing[one] - facing[other], axis=2) < most)

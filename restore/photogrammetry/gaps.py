@@ -1,4 +1,7 @@
-"""Points of a relief where no patch was tracked: beside creases, on narrow facets, on what little a margin shows."""
+"""Points of a relief where no patch was tracked.
+
+That is next to creases, on narrow facets, on what little a margin shows.
+"""
 
 from __future__ import annotations
 
@@ -28,9 +31,11 @@ FARTHEST = 3.0  # spacings to the neighbour in the middle of them: a height that
 
 
 def fill_gaps(greys: Picture, model: Model, relief: Relief, area: PageArea, feet: Floats) -> Cloud:
-    """The points of a relief's page that are found above or below it, far from tracked ones' feet (n, 2) mm.
+    """Find points of a relief's page far from tracked ones.
 
-    greys (v, h, w) may be smaller copies of what the cameras took.
+    They are found above or below it.
+    feet: (n, 2) mm, of the tracked points.
+    greys: (v, h, w), may be smaller copies of what the cameras took.
     """
     low, high = area.bounds
     places = grid_places(low, high, SPACING_MM)
@@ -47,7 +52,10 @@ def fill_gaps(greys: Picture, model: Model, relief: Relief, area: PageArea, feet
 
 
 def _among_neighbours(places: Floats, heights: Floats) -> Mask:
-    """(n,) True where heights (n,) mm at places (n, 2) mm are like those round them."""
+    """Return which heights (n,) mm are like those round them.
+
+    places: (n, 2) mm. Returns (n,) bool.
+    """
     if len(places) <= NEIGHBOURS:
         return np.zeros(len(places), bool)
     distance, index = cKDTree(places).query(places, NEIGHBOURS + 1)

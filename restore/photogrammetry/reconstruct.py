@@ -40,24 +40,24 @@ MIN_POINTS = 100  # on the page: as few features has a page with half a line of 
 MAX_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
 MIN_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
 MAX_OFF_MM = 0.25  # of that distance: five times that of a wave of 97 mm and 36°, the steepest that was tried
-# Of the area: a page of four creases that was right had 0.004, as vertices beside creases are moved onto them; a spread
+# Of the area: a page of four creases that was right had 0.004, as vertices near creases are moved onto them; a spread
 # that was 0.5 % too large 0.011.
 MAX_STRETCH = 0.006
 
 
 def _silent(_stage: str, _done: float) -> None:
-    """Progress that nobody watches."""
+    """Progress that no one watches."""
 
 
 @dataclass(frozen=True, eq=False)
 class PhotographedPage:
-    """A page reconstructed from photographs.
+    """Page reconstructed from photographs.
 
-    mesh         its surface over the table, z up, with the photograph that faces it most as its texture. It counts as
-                 interpolated a knot of its spline and more from all points: there its stiffness alone tells its shape.
-    photographs  those that joined, with their cameras in the frame of the mesh.
-    report       what was found, in plain values.
-    findings     what is to be reported of it.
+    mesh: its surface over the table, z up, with the photograph that faces it most as its texture. It counts as
+        interpolated a knot of its spline and more from all points: there its stiffness alone determines its shape.
+    photographs: those that joined, with their cameras in the frame of the mesh.
+    report: what was found, in plain values.
+    findings: what is to be reported of it.
     """
 
     mesh: InterpolatedMesh
@@ -88,14 +88,13 @@ class PhotographedPage:
 def reconstruct_page(
     photographs: Sequence[Photograph], *, card: ScaleCard | None = SCALE_CARD, progress: Progress = _silent
 ) -> PhotographedPage:
-    """The surface of a page on a table, out of photographs of one lens from all round.
+    """Reconstruct the surface of a page on a table from photographs.
 
-    card: that lies beside the page, to take the scale from; it is needed in three of them. None for no scale.
-    The result has the `mesh`, the `photographs` that joined, with their cameras, a `report` and `findings`; its method
+    The photographs are of one lens, from all round. `examples/photographs.py` makes a page of a folder of photographs.
+    card: that lies next to the page, to take the scale from; it is needed in three of them. None for no scale.
+    Returns the `mesh`, the `photographs` that joined, with their cameras, a `report` and `findings`; its method
     `rescale_page(factor, source)` gives it another size.
     Raises MixedLenses, Mirrored, TooFewViews, NoPage, CardApart, or ExtraMissing without pycolmap.
-
-    `examples/photographs.py` makes a page of a folder of photographs.
     """
     if len(photographs) < MIN_VIEWS:
         raise TooFewViews(
@@ -125,8 +124,9 @@ def _page_of(
     card: ScaleCard | None,
     progress: Progress,
 ) -> PhotographedPage:
-    """The page that the views of a sparse model show; markers: index of the photograph → those that it shows.
+    """Return the page that the views of a sparse model show.
 
+    markers: index of the photograph → those that it shows.
     Raises ViewsApart, naming views that do not show what the others show, or NoPage.
     """
     views = list(sparse.cameras)
@@ -152,7 +152,11 @@ def _page_of(
 
 
 def _card_in(seen: Mapping[int, Floats], camera: PhotoCamera, corners: Floats | None) -> CardInView:
-    """What is known of the card in a view: markers seen at pixels (2,), and its corners (4, 3) mm if it was found."""
+    """Return what is known of the card in a view.
+
+    seen: pixels (2,) of the markers.
+    corners: (4, 3) mm, if it was found.
+    """
     whole = None if corners is None else camera.project(corners)
     return CardInView(outline_in(seen, margin_mm=0.0), outline_in(seen), whole, len(seen) == len(SCALE_CARD.centres))
 
@@ -195,7 +199,10 @@ def _dense(
 
 
 def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
-    """What a report tells of a surface; stiffness in mm⁴, where it is smooth."""
+    """Return what a report says of a surface.
+
+    stiffness: mm⁴, where it is smooth.
+    """
     if isinstance(surface, Relief):
         return {"shape": "facets", "stiffness_mm4": None, "smooth_pieces": None}
     if isinstance(surface, FoldedSurface):
@@ -204,7 +211,11 @@ def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
 
 
 def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tuple[Finding, ...]:
-    """What is to be reported of a page; report as `PhotographedPage` has it, left_out: photograph's name → why."""
+    """Return the findings about a page.
+
+    report: as `PhotographedPage` has it.
+    left_out: photograph's name → why.
+    """
     found = [Finding.of("view_apart", name=name, reason=why.text) for name, why in left_out.items()]
     if len(report["photographs_used"]) < ENOUGH_VIEWS:
         found.append(Finding.of("few_views", count=len(report["photographs_used"]), enough=ENOUGH_VIEWS))
@@ -226,9 +237,11 @@ def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tup
 def _mesh(
     surface: PageSurface, outline: Floats, photographs: Sequence[Photograph], model: Model, measured: Floats
 ) -> tuple[InterpolatedMesh, Floats]:
-    """The mesh of a surface within an outline (k, 2) mm, seen in the photograph that faces it most; places (n, 2) mm.
+    """Mesh a surface within an outline (k, 2) mm.
 
-    measured: the points (k, 3) mm that it was fitted to.
+    Its texture is the photograph that faces it most.
+    measured: (k, 3) mm, the points that it was fitted to.
+    Returns the mesh and the places (n, 2) mm.
     """
     vertices, faces, places = mesh_within(surface, outline)
     middle = vertices.mean(axis=0)

@@ -1,8 +1,7 @@
-"""Cameras and points of photographs of one lens, by SIFT and incremental mapping (COLMAP, Schönberger & Frahm, CVPR
-2016).
+"""Cameras and points of photographs of one lens, by COLMAP.
 
-pycolmap comes with the extra `photos` and is imported here alone. SIFT is asked for by name: other features would fetch
-weights.
+SIFT and incremental mapping (Schönberger & Frahm, CVPR 2016). pycolmap comes with the extra `photos` and is imported
+here alone. SIFT is asked for by name: other features would fetch weights.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ FEATURES = 6000  # of a photograph
 SEED = 1  # of the random samples of matching and mapping
 MIN_VIEWS = 3
 PHONE_FOCAL = 0.72  # in widths of the picture: 26 mm in terms of 35 mm film, as most phones have
-SAME_FOCAL = 0.02  # EXIF tells whole millimetres, and 26 of them
+SAME_FOCAL = 0.02  # relative; EXIF stores whole millimetres: ±2 % at 26 mm
 MAX_ERROR_PX = 1.5  # reprojection error of a point that is kept, in pixels of the small copy
 MIN_TRACK = 3  # views of such a point
 MIN_TURN_DEG = 4.0  # between the outermost lines of sight of the points, at the median: less, and depth is a guess
@@ -109,7 +108,10 @@ def reconstruct(photographs: Sequence[Photograph], progress: Progress) -> Sparse
 
 
 def _colmap() -> ModuleType:
-    """pycolmap, with the process's own handler of SIGTERM in force: its import puts one there that ends at once."""
+    """Import pycolmap and keep the process's own SIGTERM handler.
+
+    Its import installs one that ends the process at once.
+    """
     before = signal.getsignal(signal.SIGTERM)
     try:
         import pycolmap
@@ -126,7 +128,10 @@ def _colmap() -> ModuleType:
 def _mapped(
     colmap: ModuleType, folder: Path, greys: Sequence[Bytes], focal: float, progress: Progress
 ) -> tuple[Any, dict[int, int]]:
-    """The reconstruction with most views, or None, and the most matches that each photograph has with another."""
+    """Return the reconstruction with most views, or None.
+
+    Returns also the most matches that each photograph has with another.
+    """
     pictures, base = folder / "pictures", folder / "database.db"
     pictures.mkdir()
     for number, grey in enumerate(greys):
@@ -160,8 +165,10 @@ def _mapped(
 
 
 def _verify(colmap: ModuleType, base: Path) -> None:
-    """Keep the matches that agree with two cameras. By one thread: each has random samples of its own, and the result
-    would follow from which of them verified which pair."""
+    """Keep the matches that agree with two cameras.
+
+    By one thread: each has its own random samples, and the result would depend on which of them verified which pair.
+    """
     verification = colmap.GeometricVerifierOptions()
     verification.num_threads = 1
     colmap.geometric_verification(base, verifier_options=verification)
@@ -191,7 +198,10 @@ def _most_matches(colmap: ModuleType, base: Path) -> dict[int, int]:
 
 
 def _cameras(model: Any, size: tuple[int, int], ratio: float) -> dict[int, PhotoCamera]:
-    """The cameras of a reconstruction in the full size (w, h), by index of the photograph."""
+    """Return the cameras of a reconstruction in the full size (w, h).
+
+    By index of the photograph.
+    """
     cameras = {}
     for image in model.images.values():
         if not image.has_pose:
@@ -207,7 +217,10 @@ def _cameras(model: Any, size: tuple[int, int], ratio: float) -> dict[int, Photo
 
 
 def _points(model: Any, ratio: float) -> tuple[Floats, Floats]:
-    """The certain points (n, 3) of a reconstruction and their errors (n,) in pixels of the full size."""
+    """Return the reliable points (n, 3) of a reconstruction.
+
+    With their errors (n,) in pixels of the full size.
+    """
     kept = [
         (*point.xyz, point.error)
         for point in model.points3D.values()

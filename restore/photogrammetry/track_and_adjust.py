@@ -1,4 +1,7 @@
-"""One round: patches of a surface found again in all views, cameras and points adjusted to them."""
+"""One round: patches found again in all views, and an adjustment.
+
+Cameras and points are adjusted to them.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,7 @@ MIN_SIMILAR = 0.75  # correlation of a patch: text on the page to a shadow's edg
 MAX_SIGMA_PX = 0.5  # standard deviation of a shift on the surface, in pixels of the copy
 MIN_SIGMA_PX = 0.02  # of the same: less is not to be had of interpolated pixels
 OUTLIER_SIGMAS = 3.0  # reprojection error of a point, over that of most, beyond which it is left out
-CREASED_SPACING = 0.7  # of that on smooth pages: a piece is as large as its points tell, up to its creases
+CREASED_SPACING = 0.7  # of that on smooth pages: a piece ends with its points, not at its creases
 GROWTH_MM = 12.0  # beyond the area that is known: so far the surface is prolonged well enough to be found again
 
 AnySurface = TypeVar("AnySurface", bound=PageSurface)
