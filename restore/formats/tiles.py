@@ -1,6 +1,7 @@
-"""Texture coordinates in other tiles of the plane than the picture's own, 0…1: the picture repeats there.
+"""Texture coordinates in other tiles than the picture's own, 0…1.
 
-UDIM numbers the tiles from 1001, some exporters negate v, and glTF's sampler repeats the picture by default.
+The picture repeats there. UDIM numbers the tiles from 1001, some exporters negate v, and glTF's sampler repeats the
+picture by default.
 """
 
 from __future__ import annotations
@@ -20,9 +21,12 @@ MAX_PAST = 1.0  # of the picture: a photograph is cast on a surface that is larg
 
 
 def in_first_tile(path: Path, uv: Floats, faces: Ints) -> Floats:
-    """The texture coordinates (n, 2), every chart of faces (m, 3) moved by whole numbers from its tile to 0…1.
+    """Move every chart of the texture coordinates from its tile to 0…1.
 
-    A chart is a connected piece. What reaches past the picture itself stays, and shows its border, up to MAX_PAST.
+    By whole numbers. A chart is a connected piece of faces. What reaches past the picture itself stays, and shows its
+    border, up to MAX_PAST.
+    uv: (n, 2).
+    faces: (m, 3).
     Raises BadInput for a chart of another tile that reaches past that, and one that reaches farther.
     """
     if _beyond(uv) <= BORDER:
