@@ -1,4 +1,7 @@
-"""A page out of a phone's capture: cut out of its mesh, to be painted from its photographs."""
+"""A page out of a phone's capture.
+
+It is cut out of its mesh, to be textured from its photographs.
+"""
 
 from __future__ import annotations
 
@@ -48,10 +51,11 @@ class Reader(Protocol):
 
 
 def load_phone_capture(folder: Path) -> tuple[SurfaceMesh, tuple[Photograph, ...]]:
-    """The page of a folder that Polycam (raw data) or 3d Scanner App (all data) exported, and its photographs.
+    """Load the page of an exported folder, and its photographs.
 
-    The surface is z up, with the photograph that faces it most as its texture; the cameras are in its frame.
-    Raises BadInput for a damaged export, NotEnoughSurface when its photographs show no paper on its mesh.
+    Polycam (raw data) or 3d Scanner App (all data) exported it. The surface is z up, with the photograph that faces it
+    most as its texture; the cameras are in its frame. Raises BadInput for a damaged export, NotEnoughSurface when its
+    photographs show no paper on its mesh.
     """
     program, reader = _reader(folder)
     mesh = reader.read_mesh(folder)
@@ -90,8 +94,10 @@ def _photograph(frame: Frame) -> Photograph:
 
 
 def _page_of(mesh: SurfaceMesh, photographs: Sequence[Photograph]) -> tuple[SurfaceMesh, list[Photograph]]:
-    """The part of a mesh that most photographs show as paper, the largest piece, and the photographs, the one first
-    that faces it most."""
+    """Return the part of a mesh that most photographs show as paper.
+
+    The largest piece; and the photographs, the one first that faces it most.
+    """
     cameras = [photograph.camera for photograph in photographs if photograph.camera is not None]
     masks = find_paper([photograph.image for photograph in photographs], [CardInView()] * len(photographs))
     welded = weld(validated(mesh))
@@ -110,7 +116,10 @@ def _page_of(mesh: SurfaceMesh, photographs: Sequence[Photograph]) -> tuple[Surf
 
 
 def _shown(mesh: SurfaceMesh, masks: PaperMasks, cameras: Sequence[PhotoCamera]) -> SurfaceMesh:
-    """The faces of a mesh with a corner or the middle on paper, and those beside them."""
+    """Return the faces of a mesh on paper, and their neighbours.
+
+    A corner or the centre of a face is on paper.
+    """
     middles = mesh.vertices[mesh.faces].mean(axis=1)
     near = masks.votes(cameras, middles)[0] > 0
     touched = np.zeros(len(mesh.vertices), bool)
@@ -123,7 +132,10 @@ def _shown(mesh: SurfaceMesh, masks: PaperMasks, cameras: Sequence[PhotoCamera])
 
 
 def _subdivided(mesh: SurfaceMesh) -> SurfaceMesh:
-    """The same surface with edges of FINE_MM at most, each face in four as often as that takes."""
+    """Return the same surface with edges of FINE_MM at most.
+
+    Each face is split in four as often as that takes.
+    """
     from trimesh.remesh import subdivide
 
     vertices, faces = mesh.vertices, mesh.faces
@@ -138,7 +150,10 @@ def _subdivided(mesh: SurfaceMesh) -> SurfaceMesh:
 
 
 def _votes(mesh: SurfaceMesh, masks: PaperMasks, cameras: Sequence[PhotoCamera]) -> Mask:
-    """(n,) True for the vertices that most of the views that show them show on paper."""
+    """Return the vertices (n,) that most views show on paper.
+
+    Of the views that show them.
+    """
     share, count = masks.votes(cameras, mesh.vertices)
     return (share > MAX_VIEWS) & (count > 0)
 
@@ -154,9 +169,10 @@ def _facing(mesh: SurfaceMesh, cameras: Sequence[PhotoCamera]) -> int:
 
 
 def _upright(mesh: SurfaceMesh, photographs: Sequence[Photograph]) -> tuple[SurfaceMesh, list[Photograph]]:
-    """Page and photographs turned about the vertical until its sides are along x and y, and up as the first has it.
+    """Rotate page and photographs about the vertical until upright.
 
-    The first photograph is the texture of the mesh, whose faces come out counter-clockwise seen from above.
+    The sides are then along x and y, and up as the first photograph has it, which is the texture of the mesh; the faces
+    run counter-clockwise seen from above.
     """
     first = photographs[0].camera
     assert first is not None
