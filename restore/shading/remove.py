@@ -1,9 +1,9 @@
-"""Divide light and shadow out of the page.
+"""Removes light and shadow from the page.
 
-The paper's way: ink is masked, the bare paper's brightness is continued under it by a smooth surface, and the page is
-divided by that surface (Zhang, Yip & Tan, "Removing shading distortions in camera-based document images", 2007). Here
-the shape of the page tells first what light must have fallen on it, over creases and under figures too; the smooth
-surface only takes what is left.
+Known for bare paper: ink is masked, the bare paper's brightness is continued under it by a smooth surface, and the page
+is divided by that surface (Zhang, Yip & Tan, "Removing shading distortions in camera-based document images", 2007).
+Here the shape of the page first determines what light must have fallen on it, over creases and under figures too; the
+smooth surface only takes the rest.
 """
 
 from __future__ import annotations
@@ -32,27 +32,34 @@ from restore.shading.steps import find_steps, place_steps
 from restore.shading.surroundings import places_of, surroundings_of
 
 LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow is known more exactly
-BRIGHT_PRINT = 0.04  # of the page: where more of it is brighter than the ground, the ground is no paper
+BRIGHT_PRINT = 0.04  # of the page: where more of it is brighter than the ground, the ground is not paper
 MAX_GAIN = 8.0  # three stops: a deeper shadow holds no picture to bring back, only noise
 # Cells by which a crease or the edge of a shadow may be misplaced: half a sample of the range grid, and as much between
 # shape and picture.
 UNCERTAIN = 2
 BRIGHTEST = 1.3  # of the paper's light in one channel: printed on white, no ink gives back more
-SPARED = 7  # of the cells one in so many tells how uneven they are
+SPARED = 7  # every seventh cell suffices for their unevenness
 
 
 @dataclass(frozen=True, eq=False)
 class ShadingResult:
-    """A page with its shading removed: image (h, w, 3) uint8, and the report on it (JSON values)."""
+    """Page without its shading.
+
+    image: (h, w, 3) uint8.
+    report: JSON values.
+    """
 
     image: Bytes
     report: dict[str, Any]
 
 
 def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> ShadingResult:
-    """Page (h, w, 3) uint8 with its shading divided out, by its relief; pixels outside mask (h, w) do not change.
+    """Remove the shading of a page by its relief.
 
-    Where the page does not tell its light for certain the image is returned unchanged, and the report gives the reason.
+    Pixels outside the mask do not change. Where the page does not determine its light reliably the image is returned
+    unchanged, and the report gives the reason.
+    image: (h, w, 3) uint8.
+    mask: (h, w).
     """
     colour, inside = _cells(image, mask, dpi, relief)
     if inside.sum() < MIN_PAPER:
@@ -90,8 +97,11 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
 
 
 def _better(surface: Field, expected: Field, judges: Judges, ground: Mask) -> bool:
-    """Whether a light (cells, 3) with its residual explains the regions better than without, and those away from the
-    ground (cells,), which the residual was not fitted to, not worse for certain."""
+    """Return whether a light explains the regions better with its residual.
+
+    And those away from the ground (cells,), which the residual was not fitted to, not reliably worse.
+    expected: (cells, 3).
+    """
     away = judges[~ground[judges.cells]]
     return judges.gain(surface, expected)[0] > 0 and not away.prefer(expected, surface)
 
@@ -110,9 +120,12 @@ def _told_by(found: Estimate) -> dict[str, Any]:
 def _corrected(
     seen: Field, expected: Field, residual: Residual, inside: Mask, openness: Field, stretch: Field
 ) -> Field:
-    """(r, c, 3) the light with its residual, and along creases where the ground is paper.
+    """Return the light with its residual, and along creases.
 
-    openness (r, c): share of the room in sight; stretch (r, c): cells of the page to one seen from above.
+    The creases count where the ground is paper.
+    openness: (r, c), fraction of the room in sight.
+    stretch: (r, c), cells of the page to one seen from above.
+    Returns (r, c, 3).
     """
     surface = expected * residual.surface
     ratio = seen / (surface * residual.colour)
@@ -130,7 +143,10 @@ def _corrected(
 
 
 def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field, Mask]:
-    """Linear colour (r, c, 3) over the cells of the relief, and which of them lie wholly on the page."""
+    """Return linear colour (r, c, 3) over the cells of the relief.
+
+    Returns also which of them are wholly on the page.
+    """
     rows, cols = relief.inside.shape
     scale = relief.dpi / dpi
     # The last cells may reach over the edge of the image.
@@ -146,10 +162,10 @@ def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field,
 
 
 def _excess_light(ratio: Field, inside: Mask) -> Field:
-    """(r, c) factor by which the light must exceed the fitted light, 1 almost everywhere.
+    """Return by what factor the light must exceed the fitted light.
 
-    No ink is brighter than paper in all channels, and none much brighter in one: what seems to be lies beside a crease
-    or a shadow that is not quite where it was thought to be.
+    No ink is brighter than paper in all channels, and none much brighter in one: what seems to be lies next to a crease
+    or a shadow that is not quite where it was assumed. Returns (r, c), 1 almost everywhere.
     """
     above = np.maximum(lowest(ratio) / (1 + CONTRAST / 2), highest(ratio) / BRIGHTEST)
     above = np.where(inside, np.maximum(above, 1), 1).astype(np.float32)
