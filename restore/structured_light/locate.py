@@ -1,4 +1,7 @@
-"""Where a line of sight of the camera meets the projector's picture, from the edges of the pattern round it."""
+"""Projector coordinates of a camera's lines of sight.
+
+From the edges of the pattern round each.
+"""
 
 from __future__ import annotations
 
@@ -21,13 +24,16 @@ SHIFTS = np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1], [-1, -1], [1, -1], 
 
 
 def locate(axis: Axis, lit: Mask, pixels: Floats, radius: float, reach: float) -> Floats:
-    """The projector's coordinate (n,) at pixels (n, 2) of the camera, NaN where the pattern does not tell it.
+    """Locate pixels of the camera in the projector's picture.
 
-    It is the plane that fits best, by least squares, the edges of the pattern in a window of a radius, pixels. Where
-    stripes are wide the window is wider, and beside a step of the surface it is shifted to where one plane fits
-    (shiftable windows, after Kuwahara 1976). The plane must be certain there, and agree with the nearest code, which
-    is within reach, pixels.
-    lit (h, w): the pixels to look at.
+    The coordinate is that of the plane that fits best, by least squares, the edges of the pattern in a window. Where
+    stripes are wide the window is wider, and next to a step of the surface it is shifted to where one plane fits
+    (shiftable windows, after Kuwahara 1976). The plane must be certain there, and agree with the nearest code.
+    lit: (h, w), the pixels to look at.
+    pixels: (n, 2), of the camera.
+    radius: of the window, pixels.
+    reach: of the nearest code, pixels.
+    Returns (n,), NaN where the pattern does not determine it.
     """
     return _locate(axis.code, axis.across, axis.down, lit, np.ascontiguousarray(pixels, np.float64), radius, reach)
 
@@ -62,7 +68,10 @@ def _locate(
 
 @numba.njit(cache=True, nogil=True)
 def _nearest(code: Codes, x: float, y: float, reach: float) -> tuple[int, int]:
-    """Row and column of the nearest pixel to (x, y) that has a code, −1 where there is none within reach."""
+    """Return row and column of the nearest pixel to (x, y) with a code.
+
+    −1 without one within reach.
+    """
     best, found = np.inf, (-1, -1)
     for row in range(max(int(np.ceil(y - reach)), 0), min(int(np.floor(y + reach)), code.shape[0] - 1) + 1):
         for col in range(max(int(np.ceil(x - reach)), 0), min(int(np.floor(x + reach)), code.shape[1] - 1) + 1):
@@ -76,8 +85,10 @@ def _nearest(code: Codes, x: float, y: float, reach: float) -> tuple[int, int]:
 def _plane(
     code: Codes, across: Crossings, down: Crossings, x: float, y: float, right: float, below: float, radius: float
 ) -> tuple[NDArray[np.floating[Any]], float]:
-    """Value at (x, y) and slopes of the plane through the edges round (x + right, y + below), and the rms residual, inf
-    where they determine no plane there."""
+    """Fit a plane through the edges round (x + right, y + below).
+
+    Returns its value at (x, y) and slopes, and the rms residual, inf where the edges determine no plane.
+    """
     rows, cols = code.shape
     normal, side = np.zeros((3, 3)), np.zeros(3)
     squares, count = 0.0, 0
