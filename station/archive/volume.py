@@ -1,6 +1,7 @@
-"""A volume as an archive sees it: pages in their order, their files, and the events that made those.
+"""A volume as an archive sees it.
 
-The encoders read these records alone, and know nothing of where and how a session keeps its files.
+Pages in their order, their files, and the events that made those. The encoders read these records alone, and know
+nothing of where and how a session keeps its files.
 """
 
 from __future__ import annotations
@@ -14,7 +15,10 @@ from typing import Any, Literal
 
 
 class Role(StrEnum):
-    """What a file is to the archive, in the terms of FADGI's guidelines (2023, "Digital files")."""
+    """Role of a file in the archive, in the terms of FADGI's guidelines.
+
+    Source: FADGI 2023, "Digital files".
+    """
 
     ORIGINAL = "archival master"  # as captured: never changed
     MASTER = "production master"  # the restored page with its shading, where the page is without
@@ -95,8 +99,9 @@ class Event:
 
 @dataclass(frozen=True)
 class Page:
-    """A page: its number in the volume, from 1; its label as it is printed or foliated; its side.
+    """Page: its number in the volume, from 1; its label; its side.
 
+    The label is as it is printed or foliated.
     provenance: of its scan: device, lens, time, … (JSON values).
     """
 
@@ -113,7 +118,10 @@ class Page:
 
 @dataclass(frozen=True)
 class Volume:
-    """A volume: identifier, title, project, organisation (empty when not given), pages, events in their order."""
+    """Volume: identifier, title, project, organisation, pages, events.
+
+    The organisation is empty when not given; events are in their order.
+    """
 
     identifier: str
     title: str
@@ -130,7 +138,10 @@ class Volume:
 
 
 def missing(volume: Volume, *wanted: Role) -> list[str]:
-    """A line for each page that lacks a file of one of the roles `wanted`, and for each number that is left out."""
+    """Return a line for each page that lacks a file of a wanted role.
+
+    And for each number that is left out.
+    """
     numbers = {page.number for page in volume.pages}
     gaps = set(range(1, max(numbers, default=0) + 1)) - numbers
     lines = [f"page {number}: not captured" for number in sorted(gaps)]
