@@ -29,7 +29,10 @@ ERASE = "\b\x7f"  # what terminals send for backspace
 
 @dataclass(frozen=True)
 class Done:
-    """A restoration that has ended: of which scan, with which parameters, with its files in a folder."""
+    """Restoration that has ended.
+
+    Of which scan, with which parameters, with its files in a folder.
+    """
 
     capture: Event
     parameters: Mapping[str, Any]
@@ -38,7 +41,11 @@ class Done:
 
 
 class Line(str):
-    """A line for the operator. key: what it tells; page: of which page, None for the volume."""
+    """Line for the operator.
+
+    key: what it reports.
+    page: of which page, None for the volume.
+    """
 
     key: str
     page: int | None
@@ -53,12 +60,12 @@ class Line(str):
 class CaptureLoop:
     """The work at the scanner: keys, restorations, verdicts.
 
-    shoot    captures a page; None where there is no scanner: what is left is restored and judged.
-    submit   restores in the background.
-    show     prints a line for the operator, a `Line`.
-    changed  is called after every event.
-    inbox    keys, restorations that have ended, and tasks to be done between the two.
-    outputs  files of a restoration beside those of the preset.
+    shoot: captures a page; None without a scanner: the rest is restored and checked.
+    submit: restores in the background.
+    show: prints a line for the operator, a `Line`.
+    changed: is called after every event.
+    inbox: keys, restorations that have ended, and tasks to be done between the two.
+    outputs: files of a restoration in addition to those of the preset.
     """
 
     writer: Writer
@@ -77,9 +84,9 @@ class CaptureLoop:
         self._typed: str | None = None
 
     def run(self) -> None:
-        """Take up what an earlier loop left, then work until the operator leaves and every restoration has ended.
+        """Continue what an earlier loop left, then work until the operator leaves.
 
-        Raises OSError when the disk refuses; what was shot is stored by then.
+        Every restoration has then ended. Raises OSError when the disk refuses; the captures are stored by then.
         """
         self._take_up()
         while not (self._leaving and not self._waiting):
@@ -145,7 +152,7 @@ class CaptureLoop:
             self._continue(page)
 
     def _continue(self, page: Page) -> None:
-        """Restore a page that is not restored, judge one that is not judged."""
+        """Restore a page that is not restored, check one that is not checked."""
         if page.capture is None or page.capture.number in self._waiting:
             return
         if RESTORE not in page.runs:
@@ -178,12 +185,18 @@ class CaptureLoop:
         future.add_done_callback(lambda done: self.inbox.put(Done(capture, parameters, folder, done)))
 
     def _parameters(self, capture: Event) -> dict[str, Any]:
-        """The parameters of a restoration: those of the preset, and the files that are wanted beside its own."""
+        """Return the parameters of a restoration.
+
+        Those of the preset, and the files that are wanted in addition.
+        """
         parameters = self._preset.parameters(capture.facts)
         return {**parameters, "outputs": sorted({*parameters["outputs"], *self.outputs})}
 
     def finish(self, done: Done) -> None:
-        """Record a restoration, and judge it. One whose process crashed is tried once more, then recorded as failed."""
+        """Record a restoration, and check its quality.
+
+        One whose process crashed is tried once more, then recorded as failed.
+        """
         del self._waiting[done.capture.number]
         if done.future.cancelled():
             return
@@ -251,7 +264,10 @@ class CaptureLoop:
             self.show("note, then enter:")
 
     def _add_to_note(self, key: str) -> None:
-        """One more character of a note; enter ends it, an empty note is none."""
+        """Add one character to a note.
+
+        Enter ends it; an empty note is not recorded.
+        """
         typed, page = self._typed or "", self._current()
         if key not in "\r\n":
             self._typed = typed[:-1] if key in ERASE else typed + key * key.isprintable()
@@ -261,7 +277,10 @@ class CaptureLoop:
             self.note(typed.strip())
 
     def note(self, text: str, *, page: int | None = None) -> None:
-        """Write a note on a page that is named, or else on that of the last key; an empty one takes it away."""
+        """Write a note on a page that is named, or else on that of the last key.
+
+        An empty note removes it.
+        """
         self._page = self._page if page is None else page
         current = self._current()
         if current is not None:
