@@ -124,6 +124,9 @@ def batch(
 
 
 def _share_mib(count: int) -> int:
-    """An equal share of this computer's memory for each of so many processes, MiB; not less than each needs."""
+    """Return an equal part of this computer's memory for each process, MiB.
+
+    Not less than each needs.
+    """
     pages = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     return max(int(pages * SHARE / count) // 2**20, MIN_MIB)
