@@ -25,7 +25,10 @@ def preset_of(session: Session) -> Preset:
 
 
 def label_of(page: Page, position: int, preset: Preset) -> str:
-    """The label that was decided, else that of the preset's foliation at this position of the volume."""
+    """Return the label of a page.
+
+    The one that was decided, else that of the preset's foliation at this position of the volume.
+    """
     return str(page.decided("label", preset.label(position)))
 
 
@@ -60,7 +63,10 @@ def overview_lines(session: Session) -> Iterator[str]:
 
 
 def missing_labels(session: Session) -> list[str]:
-    """Where the labels, as decided or by the preset, leave out pages: `between 12 and 15`."""
+    """Return where the labels leave out pages: `between 12 and 15`.
+
+    As decided or by the preset.
+    """
     preset = preset_of(session)
     labels = [label_of(page, at, preset) for at, page in enumerate(session.history.pages(), 1)]
     numbered = [(label, place) for label in labels if (place := preset.place(label)) is not None]

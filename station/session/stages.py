@@ -1,4 +1,7 @@
-"""Stages that derive something from a page's scan: the same bytes from the same input and parameters."""
+"""Stages that derive something from a page's scan.
+
+The same bytes from the same input and parameters.
+"""
 
 from __future__ import annotations
 
@@ -31,9 +34,10 @@ VARYING = ("seconds", "peak_memory_mb", "scan", "photographs", "files")
 
 
 class RestoreParameters(BaseModel):
-    """All that a restoration depends on beside its scan, as `planish restore` has it.
+    """All that a restoration depends on in addition to its scan.
 
-    Of several sheets in one scan the largest is the page: a page of a session is one picture.
+    As `planish restore` has it. Of several sheets in one scan the largest is the page: a page of a session is one
+    picture.
     scale: of photographs, as `planish photos` has it; None for a scan.
     """
 
@@ -54,9 +58,10 @@ class RestoreParameters(BaseModel):
 
 @dataclass(frozen=True)
 class Run:
-    """What a stage gave, beside its files.
+    """Result of a stage, in addition to its files.
 
-    result  follows from input and parameters. facts  does not: seconds, memory.
+    result: follows from input and parameters.
+    facts: does not: seconds, memory.
     """
 
     result: Mapping[str, Any]
@@ -68,9 +73,10 @@ Submit = Callable[[Path, Mapping[str, Any], Path], Future[Run]]
 
 
 def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, progress: Progress = silent) -> Run:
-    """Restore a stored scan into a new folder, and measure the page; for worker processes, too.
+    """Restore a stored scan into a new folder, and measure the page.
 
-    A scan that cannot be restored gives a result with `error` and no files. Raises OSError when the disk refuses.
+    For worker processes, too. A scan that cannot be restored gives a result with `error` and no files. Raises OSError
+    when the disk refuses.
     """
     options = RestoreParameters.model_validate(dict(parameters)).options()
     try:
@@ -88,6 +94,10 @@ def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, pr
 
 
 def run_verdict(measures: Mapping[str, Any], parameters: Mapping[str, Any], others: Mapping[int, str]) -> Run:
-    """The verdict on a restored page. parameters: `thresholds`. others: page → fingerprint of those compared with."""
+    """Return the verdict on a restored page.
+
+    parameters: `thresholds`.
+    others: page → fingerprint of those compared with.
+    """
     thresholds = Thresholds.model_validate(parameters["thresholds"])
     return Run(as_result(*judge(measures, thresholds, others)))
