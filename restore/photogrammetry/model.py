@@ -51,8 +51,8 @@ class Model:
     def set_frame(self, points: Floats) -> Similarity:
         """Bring the model into millimetres over the table.
 
-        Its centre is at the origin and up as in the first view. Without a card, the table is the plane of points (n,
-        3). Returns the change of frame.
+        Its centre is at the origin and up as in the first view. Without a card, the table is the plane of points
+        (n, 3). Returns the change of frame.
         """
         up = -self.cameras[0].rotation[1]
         found = self.card and find_card(self.by_photograph, self.markers, self.card)
