@@ -11,7 +11,7 @@ from functools import cached_property
 import numba
 import numpy as np
 
-from restore.numerics.limits import SMALL
+from restore.numerics.limits import SMALL, TINY
 from restore.numerics.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 from restore.shading.light import ROOM, Light, Terms
@@ -28,6 +28,7 @@ PROMISING = 0.995  # the first guess at a lamp must bring the deviation down to 
 WORTH = 0.85  # a lamp must bring the deviation down to this share, or it explains figures and noise
 EVEN = 0.005  # of the light: less than the noise of a cell; what is that even needs no lamp to explain it
 RIDGE = 1e-5  # of the mean: a flat page tells lamp and room not apart, and none of them may grow without end
+LEAST_MEAN = 0.5  # of the room's light, over its slope: the quarter and the half of a light from one side
 CLOSEST_MM = 200.0  # no lamp stands nearer: the page would not fit under it
 ABOVE = 20.0  # nothing is brighter than bare paper: what lies above a first guess of its light weighs so much more
 OUTLYING = 3.0  # robust deviations: places farther off count as ink, figure or gloss
@@ -170,7 +171,8 @@ class _Fit:
 
     def strengths(self, guess: _Guess) -> Floats:
         """(4 + k,) the best strengths of room and lamps."""
-        return _solve(self.terms(guess), self.target, self.weights)
+        normal, right = _normal_equations(self.terms(guess), self.target, self.weights)
+        return np.asarray(_strengths(normal, right))
 
     def residual(self, guess: _Guess) -> Floats:
         """(n,) what the best strengths of room and lamps leave of the brightness."""
@@ -245,8 +247,8 @@ def _solve(terms: Floats, brightness: Floats, weights: Floats) -> Floats:
 
 
 @numba.njit(cache=True)
-def _truncated_rms(terms: Floats, brightness: Floats, weights: Floats, cap: float, doubted: float) -> float:
-    """What is left after `_solve`, each place capped and the doubted ones counting less: root mean square."""
+def _normal_equations(terms: Floats, brightness: Floats, weights: Floats) -> tuple[Floats, Floats]:
+    """(k, k) and (k,) of weighted least squares of terms (n, k) with a ridge."""
     count, size = terms.shape
     normal, right = np.zeros((size, size)), np.zeros(size)
     total = max(weights.sum(), 1.0)
@@ -258,7 +260,38 @@ def _truncated_rms(terms: Floats, brightness: Floats, weights: Floats, cap: floa
                 normal[i, j] += weighted * terms[n, j]
     for i in range(size):
         normal[i, i] += RIDGE
+    return normal, right
+
+
+@numba.njit(cache=True)
+def _strengths(normal: Floats, right: Floats) -> Floats:
+    """(4 + k,) the best strengths of a room that takes no light away from any side, and of lamps.
+
+    Light from one side alone is clamp(cos θ), whose mean is half of its slope (Basri & Jacobs 2003, eq. 8); no other
+    room has a smaller mean. Where the best strengths break this, all of the room's light comes from their side.
+    """
     strengths = np.linalg.solve(normal, right)
+    slope = np.sqrt((strengths[1:ROOM] ** 2).sum())
+    if strengths[0] >= LEAST_MEAN * slope:
+        return strengths
+    one_side = np.zeros((len(right), len(right) - ROOM + 1))
+    one_side[0, 0] = LEAST_MEAN
+    one_side[1:ROOM, 0] = strengths[1:ROOM] / max(slope, TINY)
+    for k in range(len(right) - ROOM):
+        one_side[ROOM + k, 1 + k] = 1.0
+    few = np.linalg.solve(one_side.T @ normal @ one_side, one_side.T @ right)
+    if few[0] < 0:
+        few[:] = 0.0
+        if len(right) > ROOM:
+            few[1:] = np.linalg.solve(normal[ROOM:, ROOM:].copy(), right[ROOM:].copy())
+    return one_side @ few
+
+
+@numba.njit(cache=True)
+def _truncated_rms(terms: Floats, brightness: Floats, weights: Floats, cap: float, doubted: float) -> float:
+    """What is left by the best strengths, each place capped and the doubted ones counting less: root mean square."""
+    count, size = terms.shape
+    strengths = _strengths(*_normal_equations(terms, brightness, weights))
     if size > ROOM and strengths[ROOM:].min() < 0:
         return np.inf
     square = 0.0
