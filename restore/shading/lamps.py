@@ -284,7 +284,7 @@ def _strengths(normal: Floats, right: Floats) -> Floats:
         few[:] = 0.0
         if len(right) > ROOM:
             few[1:] = np.linalg.solve(normal[ROOM:, ROOM:].copy(), right[ROOM:].copy())
-    return one_side @ few
+    return np.asarray(one_side @ few)
 
 
 @numba.njit(cache=True)
