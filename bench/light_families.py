@@ -39,8 +39,9 @@ SHRINK = 4  # of the pixels for a surround, whose widths are twenty of them and 
 
 @dataclass(frozen=True, eq=False)
 class Combination:
-    """A page (h, w, 3) in some light, the same in even light, where it is (h, w), where it is judged, and its shape.
+    """A page (h, w, 3) in some light, and the same in even light.
 
+    mask, inner (h, w): where it is, and where it is judged. relief: its shape.
     cells (r, c, 3) and on_page (r, c): the page in its light painted at LIGHT_DPI.
     """
 

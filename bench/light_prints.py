@@ -123,7 +123,7 @@ def magazine(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
 
 
 def ledger(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
-    """A tinted page of an account book, green or blue, with ruled lines, columns in red and entries in ink."""
+    """Draw a tinted page of an account book, with ruled lines and red columns."""
     paper = _tinted_paper(rng, (12, 40))
     image = np.broadcast_to(paper, _blank(page_mm).shape).astype(float)
     pitch, first = rng.uniform(6, 9) * MM, rng.uniform(12, 25) * MM
@@ -146,7 +146,7 @@ def parchment(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
 
 
 def rubrics(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
-    """Text on toned paper with lines, initials and borders in red and blue."""
+    """Draw text on toned paper with lines, initials and borders in red and blue."""
     paper = np.array(PAPER) - np.array([0, rng.integers(3, 12), rng.integers(8, 35)])
     image = text(rng, page_mm).astype(float) * paper / PAPER
     red, blue = (180, 40, 35), (40, 60, 140)
@@ -191,7 +191,7 @@ def comic(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
 
 
 def gradients(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
-    """Fields that run from one colour to another, some to the border of the page, with text between them."""
+    """Draw fields that run from one colour to another, some to the border."""
     image = text(rng, page_mm).astype(float)
     height, width = image.shape[:2]
     if rng.random() < 0.5:
@@ -231,13 +231,13 @@ def _blank(page_mm: PageSize) -> Bytes:
 
 
 def _tinted_paper(rng: np.random.Generator, codes: tuple[int, int]) -> Floats:
-    """(3,) codes of paper that is green or blue, its two other channels darker by so much."""
+    """Draw the codes (3,) of paper whose tint lies within `codes` of white."""
     tint = rng.uniform(*codes) * np.array([1.0, rng.uniform(0.3, 0.6), 1.0])[:: rng.choice([-1, 1])]
     return np.asarray(np.array(PAPER) - (tint if rng.random() < 0.6 else np.roll(tint, 1)))
 
 
 def _ramp(rng: np.random.Generator, shape: tuple[int, ...], end: Floats) -> Floats:
-    """(h, w, 3) codes from a colour near paper, or any, to the end (3,), along some direction."""
+    """Draw a gradient (h, w, 3) of codes that ends in the colour `end` (3,)."""
     start = np.array(PAPER, float) if rng.random() < 0.5 else rng.uniform(40, 240, 3)
     way = rng.normal(size=2)
     along = sum(part * axis / n for part, axis, n in zip(way, np.indices(shape), shape, strict=True))

@@ -29,7 +29,10 @@ SPARED = 97  # of the pixels that two pictures share, one in so many tells how t
 def remove_registered_shading(
     page: FlatMesh, registered: Sequence[Registered], relief: Relief, cells: Painting, painting: Painting, dpi: float
 ) -> ShadingResult:
-    """A page without its light, painted at `dpi` from registered photographs; cells: the same painted at LIGHT_DPI."""
+    """Remove the light of a page painted at `dpi`.
+
+    cells: the same painted at LIGHT_DPI.
+    """
     sources = sources_of(page, registered)
     planned = plan(page, sources) if len(sources) > 1 else None
     used = [] if planned is None else [k for k, layer in enumerate(planned.weights) if layer.max() > LEAST_SHARE]
@@ -54,7 +57,7 @@ def remove_registered_shading(
 
 
 def _seen(mask: Mask, layer: Field, k: int, dpi: float) -> Mask:
-    """(h, w) where a page (h, w) is painted from the source k, by its layer of weights on the coarse page.
+    """Mark where a page (h, w) is painted from the source k, by its layer of weights.
 
     The scanner saw all of the page, and the more paper there is the better its light is known.
     """
@@ -62,7 +65,7 @@ def _seen(mask: Mask, layer: Field, k: int, dpi: float) -> Mask:
 
 
 def _enlarged(layer: Field, mask: Mask, dpi: float) -> Field:
-    """(h, w) a layer of the coarse page on a page of the shape of mask (h, w)."""
+    """Enlarge a layer of the coarse page to the shape of mask (h, w)."""
     rows, cols = mask.shape
     return enlarged(layer, 0, rows, cols, dpi)
 

@@ -28,7 +28,7 @@ PROMISING = 0.995  # the first guess at a lamp must bring the deviation down to 
 WORTH = 0.85  # a lamp must bring the deviation down to this share, or it explains figures and noise
 EVEN = 0.005  # of the light: less than the noise of a cell; what is that even needs no lamp to explain it
 RIDGE = 1e-5  # of the mean: a flat page tells lamp and room not apart, and none of them may grow without end
-LEAST_MEAN = 0.5  # of the room's light, over its slope: the quarter and the half of a light from one side
+ONE_SIDED = 0.5  # of the room's light, over its slope: the quarter and the half of a light from one side
 CLOSEST_MM = 200.0  # no lamp stands nearer: the page would not fit under it
 ABOVE = 20.0  # nothing is brighter than bare paper: what lies above a first guess of its light weighs so much more
 OUTLYING = 3.0  # robust deviations: places farther off count as ink, figure or gloss
@@ -248,7 +248,7 @@ def _solve(terms: Floats, brightness: Floats, weights: Floats) -> Floats:
 
 @numba.njit(cache=True)
 def _normal_equations(terms: Floats, brightness: Floats, weights: Floats) -> tuple[Floats, Floats]:
-    """(k, k) and (k,) of weighted least squares of terms (n, k) with a ridge."""
+    """Set up weighted least squares with a ridge: (k, k) and (k,) for terms (n, k)."""
     count, size = terms.shape
     normal, right = np.zeros((size, size)), np.zeros(size)
     total = max(weights.sum(), 1.0)
@@ -265,17 +265,18 @@ def _normal_equations(terms: Floats, brightness: Floats, weights: Floats) -> tup
 
 @numba.njit(cache=True)
 def _strengths(normal: Floats, right: Floats) -> Floats:
-    """(4 + k,) the best strengths of a room that takes no light away from any side, and of lamps.
+    """Solve for the strengths (4 + k,) of room and lamps.
 
+    The room must take no light away from any side.
     Light from one side alone is clamp(cos θ), whose mean is half of its slope (Basri & Jacobs 2003, eq. 8); no other
     room has a smaller mean. Where the best strengths break this, all of the room's light comes from their side.
     """
     strengths = np.linalg.solve(normal, right)
     slope = np.sqrt((strengths[1:ROOM] ** 2).sum())
-    if strengths[0] >= LEAST_MEAN * slope:
-        return strengths
+    if strengths[0] >= ONE_SIDED * slope:
+        return np.asarray(strengths)
     one_side = np.zeros((len(right), len(right) - ROOM + 1))
-    one_side[0, 0] = LEAST_MEAN
+    one_side[0, 0] = ONE_SIDED
     one_side[1:ROOM, 0] = strengths[1:ROOM] / max(slope, TINY)
     for k in range(len(right) - ROOM):
         one_side[ROOM + k, 1 + k] = 1.0
