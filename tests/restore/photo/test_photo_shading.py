@@ -88,6 +88,7 @@ def test_one_picture_alone_is_evened_as_it_is(figure, relief):
         np.testing.assert_array_equal(evened.image, light.removed_from(plain.image, plain.mask, DPI).image)
 
 
+@pytest.mark.slow
 def test_a_page_without_picture_stays(figure, relief):
     bare = replace(figure.page, texture=None, texcoords=None)
     plain, cells = (paint_page(figure.page, dpi) for dpi in (DPI, LIGHT_DPI))
