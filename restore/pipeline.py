@@ -22,14 +22,15 @@ from restore.photo import (
     remove_registered_shading,
 )
 from restore.prepared.prepare import prepare
+from restore.prepared.prepared import Prepared
 from restore.report import describe, findings_of_page
 from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
-from restore.shading.relief import NormalsOn, relief_of
+from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI
 from restore.shading.white import balance_on_paper
-from restore.texture.coverage import cover, hole_findings, seen_part
+from restore.texture.coverage import Coverage, cover, hole_findings, seen_part
 from restore.texture.inpaint import blank_hidden, inpaint_hidden
 from restore.texture.occlusion import mirror_findings
 from restore.texture.page import Painting
@@ -75,13 +76,10 @@ def restore(
         with clock("register"):
             registered = register_photographs(fine, photos)
     with clock("texture"):
-        painted, photo_report = paint_registered(fine, registered, dpi)
-        kinds = prepared.kinds_on(fine, painted.mask, dpi)
-        camera_centre, one_shot = prepared.camera_centre(fine), prepared.is_one_shot
-        coverage = cover(fine, painted, kinds, camera_centre, dpi, may_be_cut=one_shot)
+        painted, photo_report, kinds, coverage = _paint(prepared, fine, registered, dpi)
         painting = seen_part(painted, coverage)
     with clock("shade"):
-        shaded = shade(fine, painting, registered, prepared.normals_on, settings)
+        shaded = _shade(prepared, fine, painting, registered, settings)
         image = blank_hidden(shaded.image, coverage)
         image, coverage = inpaint_hidden(image, coverage, dpi, settings.inpaint_mm)
     report = describe(prepared, unrolled, painting, settings) | shaded.report
@@ -124,6 +122,23 @@ def leaf_fields(report: Mapping[str, Any]) -> dict[str, Any]:
     return {"leaf_mm": [width * (1.0 - facing), height]} if facing else {}
 
 
+class Painted(NamedTuple):
+    """A page painted at some resolution, the reports on its photographs, and how its shape is known there."""
+
+    painting: Painting
+    photos: list[dict[str, Any]]
+    kinds: Bytes
+    coverage: Coverage
+
+
+def _paint(prepared: Prepared, fine: FlatMesh, registered: Sequence[Registered], dpi: float) -> Painted:
+    """The page at `dpi`, and what of it the camera saw."""
+    painting, photos = paint_registered(fine, registered, dpi)
+    kinds = prepared.kinds_on(fine, painting.mask, dpi)
+    centre, one_shot = prepared.camera_centre(fine), prepared.is_one_shot
+    return Painted(painting, photos, kinds, cover(fine, painting, kinds, centre, dpi, may_be_cut=one_shot))
+
+
 class Shaded(NamedTuple):
     """Page (h, w, 3) in the light and colours that the settings ask for.
 
@@ -135,12 +150,8 @@ class Shaded(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def shade(
-    fine: FlatMesh,
-    painting: Painting,
-    registered: Sequence[Registered],
-    normals_on: NormalsOn,
-    settings: Settings,
+def _shade(
+    prepared: Prepared, fine: FlatMesh, painting: Painting, registered: Sequence[Registered], settings: Settings
 ) -> Shaded:
     """Remove the light and the lamp's colour from a textured page.
 
@@ -150,8 +161,10 @@ def shade(
     light: Mapping[str, Any] = {}
     white: Mapping[str, Any] = {"setting": "keep"}
     if fine.texture is not None and settings.shading != "keep":
-        relief = relief_of(fine, normals_on, min(LIGHT_DPI, dpi))
-        removed = remove_registered_shading(fine, registered, dpi, relief, image, mask)
+        relief = relief_of(fine, prepared.normals_on, LIGHT_DPI)
+        painted = _paint(prepared, fine, registered, LIGHT_DPI)
+        cells = seen_part(painted.painting, painted.coverage)
+        removed = remove_registered_shading(fine, registered, relief, cells, painting, dpi)
         image, light = removed.image, removed.report
     if fine.texture is not None and settings.white_balance != "keep":
         balanced = balance_on_paper(image, mask, dpi)

@@ -12,7 +12,7 @@ from functools import cached_property
 import numba
 import numpy as np
 
-from restore.numerics.limits import SMALL
+from restore.numerics.limits import SMALL, TINY
 from restore.numerics.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 from restore.shading.light import ROOM, Light, Terms
@@ -29,6 +29,7 @@ PROMISING = 0.995  # the first guess at a lamp must bring the deviation down to 
 WORTH = 0.85  # a lamp must bring the deviation down to this fraction, or it explains figures and noise
 EVEN = 0.005  # of the light: less than the noise of a cell; what is that even needs no lamp to explain it
 RIDGE = 1e-5  # of the mean: a flat page does not separate lamp and room, and none of them may grow without end
+ONE_SIDED = 0.5  # of the room's light, over its slope: the quarter and the half of a light from one side
 CLOSEST_MM = 200.0  # no lamp stands nearer: the page would not fit under it
 ABOVE = 20.0  # nothing is brighter than bare paper: what lies above a first guess of its light weighs more by this
 OUTLYING = 3.0  # robust deviations: places farther off count as ink, figure or gloss
@@ -185,7 +186,8 @@ class _Fit:
 
     def strengths(self, guess: _Guess) -> Floats:
         """Return the best strengths (4 + k,) of room and lamps."""
-        return _solve(self.terms(guess), self.target, self.weights)
+        normal, right = _normal_equations(self.terms(guess), self.target, self.weights)
+        return np.asarray(_strengths(normal, right))
 
     def residual(self, guess: _Guess) -> Floats:
         """Return the residual (n,) of the brightness at the best strengths.
@@ -271,11 +273,8 @@ def _solve(terms: Floats, brightness: Floats, weights: Floats) -> Floats:
 
 
 @numba.njit(cache=True)
-def _truncated_rms(terms: Floats, brightness: Floats, weights: Floats, cap: float, doubted: float) -> float:
-    """Return the rms residual after `_solve`, each place capped.
-
-    The doubted ones count less.
-    """
+def _normal_equations(terms: Floats, brightness: Floats, weights: Floats) -> tuple[Floats, Floats]:
+    """Set up weighted least squares with a ridge: (k, k) and (k,) for terms (n, k)."""
     count, size = terms.shape
     normal, right = np.zeros((size, size)), np.zeros(size)
     total = max(weights.sum(), 1.0)
@@ -287,7 +286,39 @@ def _truncated_rms(terms: Floats, brightness: Floats, weights: Floats, cap: floa
                 normal[i, j] += weighted * terms[n, j]
     for i in range(size):
         normal[i, i] += RIDGE
+    return normal, right
+
+
+@numba.njit(cache=True)
+def _strengths(normal: Floats, right: Floats) -> Floats:
+    """Solve for the strengths (4 + k,) of room and lamps.
+
+    The room must take no light away from any side.
+    Light from one side alone is clamp(cos θ), whose mean is half of its slope (Basri & Jacobs 2003, eq. 8); no other
+    room has a smaller mean. Where the best strengths break this, all of the room's light comes from their side.
+    """
     strengths = np.linalg.solve(normal, right)
+    slope = np.sqrt((strengths[1:ROOM] ** 2).sum())
+    if strengths[0] >= ONE_SIDED * slope:
+        return np.asarray(strengths)
+    one_side = np.zeros((len(right), len(right) - ROOM + 1))
+    one_side[0, 0] = ONE_SIDED
+    one_side[1:ROOM, 0] = strengths[1:ROOM] / max(slope, TINY)
+    for k in range(len(right) - ROOM):
+        one_side[ROOM + k, 1 + k] = 1.0
+    few = np.linalg.solve(one_side.T @ normal @ one_side, one_side.T @ right)
+    if few[0] < 0:
+        few[:] = 0.0
+        if len(right) > ROOM:
+            few[1:] = np.linalg.solve(normal[ROOM:, ROOM:].copy(), right[ROOM:].copy())
+    return np.asarray(one_side @ few)
+
+
+@numba.njit(cache=True)
+def _truncated_rms(terms: Floats, brightness: Floats, weights: Floats, cap: float, doubted: float) -> float:
+    """What is left by the best strengths, each place capped and the doubted ones counting less: root mean square."""
+    count, size = terms.shape
+    strengths = _strengths(*_normal_equations(terms, brightness, weights))
     if size > ROOM and strengths[ROOM:].min() < 0:
         return np.inf
     square = 0.0

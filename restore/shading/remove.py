@@ -9,7 +9,6 @@ smooth surface only takes the rest.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil
 from typing import Any
 
 import cv2
@@ -28,7 +27,7 @@ from restore.shading.regions import regions_of
 from restore.shading.relief import Field, Relief
 from restore.shading.residual import CONTRAST, Residual, residual_light
 from restore.shading.srgb import LINEAR
-from restore.shading.steps import find_steps, place_steps
+from restore.shading.steps import Steps, find_steps, place_steps
 from restore.shading.surroundings import places_of, surroundings_of
 
 LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow is known more exactly
@@ -53,27 +52,46 @@ class ShadingResult:
     report: dict[str, Any]
 
 
-def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> ShadingResult:
-    """Remove the shading of a page by its relief.
+@dataclass(frozen=True, eq=False)
+class PageLight:
+    """The light of a page, found once at LIGHT_DPI and divided out at any resolution.
 
-    Pixels outside the mask do not change. Where the page does not determine its light reliably the image is returned
-    unchanged, and the report gives the reason.
-    image: (h, w, 3) uint8.
-    mask: (h, w).
+    report: JSON values. gain (r, c, 3): by what the cells of the page are multiplied, with the steps of its light that
+    are drawn sharper; both are None where the light is kept.
     """
-    colour, inside = _cells(image, mask, dpi, relief)
+
+    report: dict[str, Any]
+    gain: Field | None = None
+    steps: Steps | None = None
+
+    def removed_from(self, image: Bytes, mask: Mask, dpi: float) -> ShadingResult:
+        """The page (h, w, 3) uint8 at `dpi` without this light; pixels outside mask (h, w) do not change."""
+        if self.gain is None or self.steps is None:
+            return ShadingResult(image, self.report)
+        return ShadingResult(divided(image, mask, LIGHT_DPI / dpi, self.gain, self.steps, MAX_GAIN), self.report)
+
+
+def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:
+    """Find the light of a page (h, w, 3) uint8 painted at LIGHT_DPI, as its relief is.
+
+    mask (h, w): where the page is.
+    Where the page does not tell its light for certain the light is kept, and the report gives the reason.
+    """
+    # A cell at the edge of the page may have the colours of what lies next to it.
+    inside = relief.inside & (cv2.erode(mask.view(np.uint8), np.ones((3, 3), np.uint8), borderValue=1) > 0)
+    colour = np.asarray(cv2.LUT(image, LINEAR))
     if inside.sum() < MIN_PAPER:
-        return _kept(image, "the page is too small")
+        return _kept("the page is too small")
     regions = regions_of(colour, relief.normals, inside)
     judges = Judges.of(colour, regions, inside)
     if not len(judges.cells):
-        return _kept(image, "no part of the page is of one print, so that no gradient is certain to be the light's")
+        return _kept("no part of the page is of one print, so that no gradient is certain to be the light's")
     candidates = np.flatnonzero(paper_candidates(colour, inside, relief.dpi))
     surroundings = surroundings_of(relief)
     places = places_of(relief, surroundings.horizon)
     found = estimate_light(as_list(colour), candidates, places, surroundings, regions, judges, inside)
     if found is None:
-        return _kept(image, "nothing within its regions of one print shows reliably that the light on it is uneven")
+        return _kept("nothing within its regions of one print shows reliably that the light on it is uneven")
     if not found.certainty.sure:
         again = estimate_again(found, colour, relief.normals, candidates, places, surroundings, inside)
         found, judges = again or (found, judges)
@@ -91,9 +109,8 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     if not corrected:
         surface = expected
     gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
-    evened = divided(image, mask, relief.dpi / dpi, gain, steps, MAX_GAIN)
     report = {"removed": True, "corrected": corrected, "regions_fraction": regions.share(inside)} | _told_by(found)
-    return ShadingResult(evened, report | _evenness(colour, gain, residual.ground, inside))
+    return PageLight(report | _evenness(colour, gain, residual.ground, inside), gain, steps)
 
 
 def _better(surface: Field, expected: Field, judges: Judges, ground: Mask) -> bool:
@@ -106,9 +123,9 @@ def _better(surface: Field, expected: Field, judges: Judges, ground: Mask) -> bo
     return judges.gain(surface, expected)[0] > 0 and not away.prefer(expected, surface)
 
 
-def _kept(image: Bytes, reason: str) -> ShadingResult:
-    """The page unchanged, and why."""
-    return ShadingResult(image, {"removed": False, "reason": reason})
+def _kept(reason: str) -> PageLight:
+    """The light as it is, and why."""
+    return PageLight({"removed": False, "reason": reason})
 
 
 def _told_by(found: Estimate) -> dict[str, Any]:
@@ -140,25 +157,6 @@ def _corrected(
     low, high = cv2.erode(step, around) / step, cv2.dilate(step, around) / step
     line = np.clip(line, np.where(hollows(openness), LEAST, low), high)
     return np.asarray(surface * line[..., None])
-
-
-def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field, Mask]:
-    """Return linear colour (r, c, 3) over the cells of the relief.
-
-    Returns also which of them are wholly on the page.
-    """
-    rows, cols = relief.inside.shape
-    scale = relief.dpi / dpi
-    # The last cells may reach over the edge of the image.
-    high, wide = (max(1, min(count, int(n * scale))) for count, n in zip((rows, cols), mask.shape, strict=True))
-    within = np.s_[: max(1, round(high / scale)), : max(1, round(wide / scale))]
-    codes = cv2.resize(image[within], (wide, high), interpolation=cv2.INTER_AREA)
-    reach = 2 * ceil(1 / scale / 2) + 1  # pixels of a cell, and a fraction more
-    whole = cv2.erode(mask[within].view(np.uint8), np.ones((reach, reach), np.uint8))
-    whole = cv2.resize(whole, (wide, high), interpolation=cv2.INTER_NEAREST_EXACT) > 0
-    codes = cv2.copyMakeBorder(codes, 0, rows - high, 0, cols - wide, cv2.BORDER_REPLICATE)
-    whole = np.pad(whole, ((0, rows - high), (0, cols - wide)))
-    return np.asarray(cv2.LUT(codes, LINEAR)), whole & relief.inside
 
 
 def _excess_light(ratio: Field, inside: Mask) -> Field:
