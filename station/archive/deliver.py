@@ -168,9 +168,13 @@ def _tiff(volume: Volume) -> Iterator[tuple[str, Content]]:
 
 
 def _mesh(volume: Volume, source: Source | None) -> Iterator[tuple[str, Content]]:
+    """Write the sheet of each scan, with the number of its first leaf."""
+    done = set[str]()
     for page in volume.pages:
-        if source is None or page.find(Role.ORIGINAL) is None:
+        original = page.find(Role.ORIGINAL)
+        if source is None or original is None or original.name in done:
             continue
+        done.add(original.name)
         (sheet, *_) = select_sheets(source(page), Sheets.LARGEST)
         for name, data in encode_sheet(surface_of(sheet.scan), f"{page.number:04}"):
             yield name, _written(data)
