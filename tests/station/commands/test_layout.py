@@ -78,12 +78,6 @@ def test_corrections_that_are_not_a_regular_file_are_refused(book, tmp_path):
         assert main(command) == 3
 
 
-@pytest.mark.slow
-def test_the_demonstration_of_a_book_gives_two_leaves(tmp_path):
-    assert main(["demo", "--book", "-o", str(tmp_path / "out")]) == 0
-    assert {"page-left.png", "page-right.png"} <= {path.name for path in (tmp_path / "out").iterdir()}
-
-
 def test_two_leaves_are_two_pages_with_a_report_each(book, tmp_path):
     out = tmp_path / "out"
     command = ["restore", str(book), "-o", str(out), "--dpi", "50", "--points", "300"]
