@@ -12,9 +12,10 @@ from restore.scan import Floats
 
 
 def refuse_unflattenable(vertices: Floats, topology: Topology) -> None:
-    """Raise BadInput for a mesh of vertices (n, 3) mm that is one-sided or a band closed on itself.
+    """Raise BadInput for a mesh that is one-sided or a closed band.
 
-    Only meshes without flaws are judged: no edge has more than two faces, and no border meets itself in a vertex.
+    Only meshes without flaws are checked: no edge has more than two faces, and no border meets itself in a vertex.
+    vertices: (n, 3) mm.
     """
     faces, sides, counts = topology.faces, topology.sides, topology.face_counts
     inner = np.flatnonzero(counts == 2)

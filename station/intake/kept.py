@@ -1,6 +1,7 @@
-"""What planning has found, kept with the results: the next start looks at what has changed, and at nothing else.
+"""Keeps what planning has found, with the results.
 
-Nothing depends on the file: without it, or when it is damaged, everything is looked at again.
+The next start looks at what has changed, and at nothing else. Nothing depends on the file: without it, or when it is
+damaged, everything is looked at again.
 """
 
 from __future__ import annotations
@@ -28,10 +29,11 @@ class _File(BaseModel):
 
 @dataclass
 class Kept:
-    """What was found of each file. Paths are relative to the folder of scans, or to that of the results.
+    """What was found of each file.
 
-    contents  file → its stamp, the names of others in it, whether it has its colours inside.
-    settled   scan → the stamps of its files, and its record with the stamp of that: a report or a note.
+    Paths are relative to the folder of scans, or to that of the results.
+    contents: file → its stamp, the names of others in it, whether it has its colours inside.
+    settled: scan → the stamps of its files, and its record with the stamp of that: a report or a note.
     """
 
     contents: dict[str, tuple[tuple[int, int], tuple[str, ...], bool]] = field(default_factory=dict)
@@ -48,7 +50,10 @@ class Kept:
         return cls(found.contents, found.settled)
 
     def save(self, out: Path) -> None:
-        """Keep it for the next start, where something was found and the folder of results is there."""
+        """Keep it for the next start.
+
+        Where something was found and the folder of results exists.
+        """
         if not self.changed or not out.is_dir():
             return
         data = json.dumps({"contents": self.contents, "settled": self.settled}, separators=(",", ":")).encode()
