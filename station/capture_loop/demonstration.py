@@ -64,6 +64,7 @@ def demonstrate(output: Path, station: StationConfig, show: Show) -> Shift:
     worked = work_shift(output / SESSION, station, show)
     session = read_session(output / SESSION)
     with lock_output_folder(output) as lock, new_folder(lock, SIDES) as folder:
+        folder.mkdir()
         names = [_copied(session, leaf, folder) for leaf in leaves_of(session)]
     return Shift(worked, [sides / name for name in names])
 
