@@ -21,6 +21,8 @@ def flat():
 def test_a_drawing_has_the_area_of_the_sheet_within_it():
     outside = np.array([[-10.0, 10.0], [20.0, 10.0], [20.0, 50.0], [-10.0, 50.0]])
     assert Drawing(outside, outside).on_paper_mm2(PAGE_MM) == pytest.approx(20 * 40, rel=0.005)
+    upper = np.array([[0.0, 30.0], [120.0, 30.0], [120.0, 90.0], [0.0, 90.0]])
+    assert Drawing(outside, outside).on_paper_mm2(PAGE_MM, upper) == pytest.approx(20 * 20, rel=0.005)
 
 
 def test_an_outline_follows_the_edges_and_the_tear():
