@@ -34,6 +34,11 @@ CODES: Mapping[str, Code] = {
         "warning",
         "the vertex colours are not used, because the surface cannot be packed into an image: {reason}",
     ),
+    "colours_ambiguous": Code(
+        "warning",
+        "the vertex colours are not used: of the seven numbers of a vertex the fourth and the last never change, so "
+        "that either may be the colour. Export six numbers for each vertex: x y z r g b",
+    ),
     "bare_faces": Code(
         "warning",
         "{count} of {total} faces have no texture coordinates and are skipped. Check holes that a mesh editor "
