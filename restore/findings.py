@@ -141,6 +141,12 @@ CODES: Mapping[str, Code] = {
         "the scan shows {surfaces} as large as a page: only the largest is restored. Call `separate_sheets` "
         "for the others",
     ),
+    "unconnected": Code(
+        "warning",
+        "{share:.0%} of the measured samples off the table do not connect to the page and are left out. Where they "
+        "show a part of the page, raise the laser power for dark ink, or turn the page so that steep parts are seen",
+        "samples",
+    ),
     "unseen_edge": Code(
         "warning",
         "colour does not distinguish paper from table, and {share:.0%} of the page's outline touches the "

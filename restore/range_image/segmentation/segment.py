@@ -25,6 +25,7 @@ ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the lase
 SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the image"
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
 MAX_TOUCHING = 0.04  # of a page's outline on a table of its own colour: the corners of one that is flat elsewhere
+MAX_UNCONNECTED = 0.01  # of a sheet's samples, in pieces that do not connect to it: noise and specks have a tenth of it
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
 SPECK = 2  # samples: what is no broader is noise; in the row that an edge runs along some are called the sheet's
 MAX_LOST = CLOSING_DIAMETER - 1  # samples in a row that a sheet goes on over: the outline is closed over as many
@@ -75,10 +76,17 @@ def segment(scan: RangeScan, rays: Rays, samples: Mask, *, lost: Mask | None = N
 def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
     """The scan with the largest connected surface off the table as its sheet.
 
+    Its findings name others that could be pages, or how much is in smaller pieces: of dark ink or a steep part a weak
+    laser measures nothing, and what lies beyond, at the edge of the picture, does not connect to the page.
     Raises NotEnoughSurface when no connected surface is large enough to be a page.
     """
     scan, table = _find_table(scan)
-    return replace(largest_surface(scan, rays, scan.measured & ~table), table=table)
+    samples = scan.measured & ~table
+    sheet = replace(largest_surface(scan, rays, samples), table=table)
+    share = float((samples & ~sheet.inside).sum() / sheet.samples.sum())
+    if share <= MAX_UNCONNECTED or len(sheet.scan.findings) > len(scan.findings):  # others are named already
+        return sheet
+    return replace(sheet, scan=with_findings(sheet.scan, Finding.of("unconnected", share)))
 
 
 def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
