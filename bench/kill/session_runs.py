@@ -17,7 +17,8 @@ import numpy as np
 from oracles.tiny_scan import tiny_scan
 from restore import save_scan
 from station.archive.check import check_export
-from station.archive.deliver import Format, deliver
+from station.archive.deliver import deliver
+from station.archive.formats import Format
 from station.archive.from_session import volume_of
 from station.batch.runner import REPORT, run_batch
 from station.batch.sessions import SessionDone, SessionTask

@@ -51,7 +51,7 @@ def test_a_body_is_calibrated_from_its_scans(scans, tmp_path, capsys) -> None:
     assert told["sigma"]["pupil_mm"] < 2.0  # of the prior's 3: the measured distance was heard
     assert error_mm(MANUAL) > 3.0
     assert error_mm(found) < 4 * told["expected_mm"] < 4.0
-    assert "4 shots" in output.read_text("utf-8")
+    assert "4 captures" in output.read_text("utf-8")
 
 
 def test_nothing_is_overwritten_unasked(scans, tmp_path, capsys) -> None:
