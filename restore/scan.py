@@ -104,6 +104,11 @@ class ScannedSheet(ABC):
     def is_rectangular(self) -> bool:
         """Whether the sheet, laid flat, is a rectangle: a whole page, not a fragment of a torn one."""
 
+    @property
+    def area(self) -> Mask | None:
+        """(rows, cols) of a range image, True in the area of the sheet; None where it is not known."""
+        return None
+
 
 @dataclass(frozen=True, eq=False)
 class InterpolatedMesh(SurfaceMesh):
