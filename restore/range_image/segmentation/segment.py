@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -83,10 +83,16 @@ def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
     scan, table = _find_table(scan)
     samples = scan.measured & ~table
     sheet = replace(largest_surface(scan, rays, samples), table=table)
-    share = float((samples & ~sheet.inside).sum() / sheet.samples.sum())
-    if share <= MAX_UNCONNECTED or len(sheet.scan.findings) > len(scan.findings):  # others are named already
+    if len(sheet.scan.findings) > len(scan.findings):  # it names others already
         return sheet
-    return replace(sheet, scan=with_findings(sheet.scan, Finding.of("unconnected", share)))
+    return replace(sheet, scan=with_findings(sheet.scan, *_unconnected(samples, [sheet])))
+
+
+def _unconnected(samples: Mask, sheets: Sequence[SegmentedScan]) -> list[Finding]:
+    """A finding where more than noise of samples (rows, cols) is in pieces that connect to none of some sheets."""
+    rest = samples & ~np.any([sheet.inside for sheet in sheets], axis=0)
+    share = float(rest.sum() / sum(sheet.samples.sum() for sheet in sheets))
+    return [Finding.of("unconnected", share)] if share > MAX_UNCONNECTED else []
 
 
 def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
@@ -117,7 +123,9 @@ def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
     large = np.flatnonzero(sizes >= MIN_SHARE * labels.size)
     pieces = [replace(_labelled(scan, rays, samples, labels == label), table=table) for label in large]
-    return [piece for piece in pieces if piece.share >= MIN_SHARE]
+    pieces = [piece for piece in pieces if piece.share >= MIN_SHARE]
+    said = _unconnected(samples, pieces) if pieces else []
+    return [replace(piece, scan=with_findings(piece.scan, *said)) for piece in pieces]
 
 
 def _labelled(scan: RangeScan, rays: Rays, samples: Mask, surface: Mask) -> SegmentedScan:
