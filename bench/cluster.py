@@ -1,7 +1,7 @@
-"""`python -m bench.cluster [--pages 12] [--seed S]`: a batch on a Dask cluster on the loopback, of three workers.
+"""`python -m bench.cluster [--pages 12]`: a batch on a Dask cluster of three workers.
 
-One is killed while it restores, one is short of memory for a page, one lacks the package. What must hold: every good
-page is restored, the damaged one alone is set aside, the exit code is 7, and `--json` lists it.
+On the loopback: one is killed while it restores, one is short of memory, one lacks the package. What must hold: every
+good page is restored, the damaged one alone is set aside, the exit code is 7, and `--json` lists it.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ main()
 
 
 def main(pages: int = PAGES, seed: int | None = None) -> int:
-    """Print what came of the batch. Returns 1 when a good page is missing, or another than the damaged is set aside."""
+    """Print what came of the batch. Returns 1 when it is not as it must be."""
     seed = secrets.randbits(20) if seed is None else seed
     start = time.perf_counter()
     with tempfile.TemporaryDirectory() as name, ExitStack() as stack:
@@ -68,9 +68,9 @@ def main(pages: int = PAGES, seed: int | None = None) -> int:
 def _batch(
     folder: Path, out: Path, address: str, killed: subprocess.Popen[bytes]
 ) -> tuple[dict[str, Any], int, list[str]]:
-    """The last line of `planish batch --json`, its exit code and what it said; a worker is killed after the first page.
+    """The last line of `planish batch --json`, its exit code and its messages.
 
-    Another with as much memory takes its place.
+    A worker is killed after the first page. Another with as much memory takes its place.
     """
     arguments = [
         "batch",

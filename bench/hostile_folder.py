@@ -1,9 +1,9 @@
-"""`python -m bench.hostile_folder [--entries 300] [--seed S] [--without-privileges]`: a folder that a batch restores.
+"""`python -m bench.hostile_folder [--entries 300] [--seed S]`: a folder that a batch restores.
 
-Good scans between files, folders, links and pipes that are damaged, endless, foreign, unreadable or badly named, drawn
-afresh. `planish batch` is run twice. What must hold: it ends by itself with 0 or 7 both times, every good scan is
-restored, and the second run restores and sets aside nothing more. Without privileges a root user cannot read what its
-mode forbids, as any other user.
+Good scans between files, folders, links and pipes that are damaged, endless, foreign, unreadable or badly named, all
+by chance. `planish batch` is run twice. What must hold: it ends by itself with 0 or 7 both times, every good scan is
+restored, and the second run restores and sets aside nothing more. With
+`--without-privileges` a root user cannot read what its mode forbids, as any other user.
 """
 
 from __future__ import annotations
@@ -60,7 +60,10 @@ def main(entries: int = ENTRIES, seed: int | None = None, *, without_privileges:
 
 
 def make_folder(folder: Path, made: Path, entries: int, rng: Random) -> tuple[Counter[str], list[Path]]:
-    """Fill a folder. Returns how many of each kind were made, and the good scans. made: folder for originals."""
+    """Fill a folder. Returns the counts of each kind, and the good scans.
+
+    made: a folder for the originals.
+    """
     made.mkdir()
     kinds, good = Counter[str](), list[Path]()
     places = [folder]
@@ -80,7 +83,7 @@ def make_folder(folder: Path, made: Path, entries: int, rng: Random) -> tuple[Co
 
 
 def _good(place: Path, name: str, made: Path, number: int, rng: Random) -> Path:
-    """A small page, in a file whose name may be odd; an OBJ comes with its material and its picture."""
+    """Copy a small page under a name that may be odd, with its material and its picture."""
     page = make_page(made, number)
     ending = page.suffix if rng.random() < 0.8 else page.suffix.upper()
     if page.suffix == ".obj":
@@ -117,7 +120,7 @@ def _cycle(path: Path, rng: Random) -> None:
 
 
 def _nested(path: Path, _rng: Random) -> None:
-    """A mesh beside a folder of its picture's name that holds another mesh."""
+    """A mesh next to a folder of its picture's name that holds another mesh."""
     stem = _with(path, "").name
     inner = path.parent / stem / f"{stem}.png"
     inner.mkdir(parents=True)
@@ -212,7 +215,7 @@ def _is_restored(scan: Path, out: Path) -> bool:
 
 
 def _batch(folder: Path, out: Path, before: tuple[str, ...]) -> tuple[int, dict[str, int], list[str]]:
-    """The exit code of `planish batch`, how many scans came to which state, and what it said besides."""
+    """The exit code of `planish batch`, how many scans are in each state, and its messages."""
     start = "import sys; from station.cli import main; sys.exit(main(sys.argv[1:]))"
     command = [*before, sys.executable, "-c", start, "batch", str(folder), "-o", str(out), *QUICK, "--json"]
     run = subprocess.run(command, capture_output=True, timeout=LIMIT_S, check=False)

@@ -1,4 +1,4 @@
-"""`python -m bench.planning [--scans 100000]`: a folder of OBJ scans planned cold, with its plan kept, and unchanged.
+"""`python -m bench.planning [--scans 100000]`: a folder of scans planned cold and unchanged.
 
 Each scan has a material file and a picture of its own. First nothing is restored; then each has a result, whose report
 is looked at once; then nothing has changed since. What must hold: all are planned the first time and none the second;
@@ -25,7 +25,7 @@ ROW = "{:<34}{:>10}{:>12}{:>10}"
 
 
 def main(scans: int = SCANS) -> int:
-    """Print a line for each start. Returns 1 when one took too long or planned what it should not."""
+    """Print a line for each start. Returns 1 when one took too long or planned wrongly."""
     with scratch_folder() as scratch:
         folder, out = scratch / "in", scratch / "out"
         make_scans(folder, scans)

@@ -95,7 +95,7 @@ def scene_shot(seed: int) -> SceneShot | None:
 
 
 def _said(seed: int, shot: SceneShot) -> str | None:
-    """Print the line of a shot where it is wrong. Returns what is said of that, None where it is right."""
+    """Print the line of a shot that is wrong. Returns its findings, None where it is right."""
     *drawn, place = shot.drawn
     own = shot.scan.measured & shot.on_page
     try:

@@ -111,12 +111,12 @@ def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> tupl
     last = data[data.rfind(b"\n") + 1 :].split()
     if last[:1] == [b"f"] and len(last) < 4:
         raise BadInput(f"{path} seems cut short: its last face is not complete", CUT_SHORT)
-    share = (int(faces.max()) + 1) / len(text.vertices)
+    used = (int(faces.max()) + 1) / len(text.vertices)
     large, ended = len(text.vertices) >= LARGE_MESH, data.endswith(b"\n")
-    if share < (LEAST_USED if large and ended else 0.0 if ended else 1.0):
-        raise BadInput(f"{path} seems cut short: its faces use the first {share:.0%} of its vertices", CUT_SHORT)
-    if large and share < 1.0 - UNUSED_TAIL:
-        return (Finding.of("unused_vertices", share),)
+    if used < (LEAST_USED if large and ended else 0.0 if ended else 1.0):
+        raise BadInput(f"{path} seems cut short: its faces use the first {used:.0%} of its vertices", CUT_SHORT)
+    if large and used < 1.0 - UNUSED_TAIL:
+        return (Finding.of("unused_vertices", used),)
     return ()
 
 

@@ -75,7 +75,7 @@ class SeparateSheet(ScannedSheet):
 
     @property
     def area(self) -> Mask | None:
-        """(rows, cols) of a range image, True in the sheet's area; None of a mesh and of an empty scan."""
+        """Mark (rows, cols) of a range image in the sheet's area; None of a mesh and of an empty scan."""
         return None if self.segmented is None or self.of_mesh else self.segmented.inside
 
 

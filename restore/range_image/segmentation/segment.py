@@ -91,8 +91,8 @@ def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
 def _unconnected(samples: Mask, sheets: Sequence[SegmentedScan]) -> list[Finding]:
     """A finding where more than noise of samples (rows, cols) is in pieces that connect to none of some sheets."""
     rest = samples & ~np.any([sheet.inside for sheet in sheets], axis=0)
-    share = float(rest.sum() / sum(sheet.samples.sum() for sheet in sheets))
-    return [Finding.of("unconnected", share)] if share > MAX_UNCONNECTED else []
+    fraction = float(rest.sum() / sum(sheet.samples.sum() for sheet in sheets))
+    return [Finding.of("unconnected", fraction)] if fraction > MAX_UNCONNECTED else []
 
 
 def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
