@@ -106,7 +106,7 @@ class ScannedSheet(ABC):
 
     @property
     def area(self) -> Mask | None:
-        """Mark (rows, cols) of a range image in the area of the sheet; None where it is not known."""
+        """Mark the sheet in a range image (rows, cols); None where it is not known."""
         return None
 
 

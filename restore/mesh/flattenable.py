@@ -1,4 +1,4 @@
-"""Whether a mesh can be a page at all: refuse one-sided surfaces, closed bands and strips without a width."""
+"""Refuse what cannot be a page: one-sided surfaces, closed bands, strips without a width."""
 
 from __future__ import annotations
 
@@ -42,9 +42,10 @@ def refuse_unflattenable(vertices: Floats, topology: Topology) -> None:
 
 
 def refuse_narrow(flat: Sequence[Floats], areas: Sequence[float]) -> None:
-    """Raise BadInput when the largest of some flat pieces (n, 2) mm, with areas in mm² at rest, is too narrow a strip.
+    """Raise BadInput when the largest of some flat pieces is too narrow a strip.
 
-    Its edges then hardly change in length when the strip bends in the plane: its lengths do not determine its form.
+    flat (n, 2) mm of each piece, areas in mm² at rest. The edges of such a strip hardly change in length
+    when it bends in the plane: its lengths do not determine its form.
     """
     largest = int(np.argmax(areas))
     length, area = float(np.hypot(*np.ptp(flat[largest], axis=0))), areas[largest]

@@ -75,7 +75,7 @@ class SeparateSheet(ScannedSheet):
 
     @property
     def area(self) -> Mask | None:
-        """Mark (rows, cols) of a range image in the sheet's area; None of a mesh and of an empty scan."""
+        """Mark the sheet in a range image (rows, cols); None of a mesh and of an empty scan."""
         return None if self.segmented is None or self.of_mesh else self.segmented.inside
 
 

@@ -52,7 +52,7 @@ class Kept:
             (out / f"{NAME}.part").replace(out / NAME)
 
     def content(self, name: str, stamp: Stamp) -> tuple[tuple[str, ...], bool] | None:
-        """The names in a file, and whether it has its colours inside; None for what is not known of it as it is."""
+        """The names in a file, and whether it has its colours inside; None where it has changed."""
         known, coloured, *names = str(self.contents.get(name, "")).split("\n") + [""]
         return (tuple(names[:-1]), coloured == "1") if known == _text(stamp) else None
 

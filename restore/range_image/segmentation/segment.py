@@ -89,7 +89,7 @@ def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
 
 
 def _unconnected(samples: Mask, sheets: Sequence[SegmentedScan]) -> list[Finding]:
-    """A finding where more than noise of samples (rows, cols) is in pieces that connect to none of some sheets."""
+    """Find samples (rows, cols), more than noise, that connect to none of some sheets."""
     rest = samples & ~np.any([sheet.inside for sheet in sheets], axis=0)
     fraction = float(rest.sum() / sum(sheet.samples.sum() for sheet in sheets))
     return [Finding.of("unconnected", fraction)] if fraction > MAX_UNCONNECTED else []
