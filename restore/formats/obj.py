@@ -123,7 +123,8 @@ def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> tupl
 def _colours(text: ObjText) -> tuple[Bytes | None, tuple[Finding, ...]]:
     """Find the colours (n, 3) of vertices, with a finding where two readings are possible.
 
-    All vertices have one, 0 to 1 or 0 to 255 in the file. Four numbers behind the position are r g b and opacity, or w of homogeneous coordinates, which is 1, and r g b.
+    All vertices have one, 0 to 1 or 0 to 255 in the file. Four numbers behind the position are r g b and opacity, or w
+    of homogeneous coordinates, which is 1, and r g b.
     """
     others = text.others
     if not len(others) or np.isnan(others[:, :3]).any():
