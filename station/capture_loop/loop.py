@@ -14,6 +14,7 @@ from typing import Any
 from drivers import ScannerError
 from restore import RangeScan
 from station.capture_loop.keys import ACTIONS, HELP, Action
+from station.capture_loop.turning import Place, place_of, stay
 from station.errors import explain
 from station.session import VOLUME, Event, Page, Writer, add_scan, decide, record_run, redo, scan_path, undo
 from station.session.judging import lacks_verdict, record_verdict, verdict_lines
@@ -55,6 +56,7 @@ class CaptureLoop:
 
     shoot    captures a page; None where there is no scanner: what is left is restored and judged.
     submit   restores in the background.
+    turn     turns the leaves to the place of a capture, before it; nothing where the operator turns them.
     show     prints a line for the operator, a `Line`.
     changed  is called after every event.
     inbox    keys, restorations that have ended, and tasks to be done between the two.
@@ -68,6 +70,7 @@ class CaptureLoop:
     changed: Callable[[], None] = lambda: None
     inbox: SimpleQueue[str | Done | Task] = field(default_factory=SimpleQueue)
     outputs: tuple[str, ...] = ()
+    turn: Callable[[Place], None] = stay
 
     def __post_init__(self) -> None:
         self._waiting: dict[int, Future[Run]] = {}
@@ -158,6 +161,7 @@ class CaptureLoop:
             self.show(Line("no scanner is configured: name its configuration with --config", "no_scanner"))
             return
         try:
+            self.turn(place_of(self.writer.history, page))
             scan = self.shoot()
         except ScannerError as error:
             self.show(Line(f"not captured: {error}" + (f" ({error.hint})" if error.hint else ""), "not_shot"))

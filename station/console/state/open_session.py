@@ -13,6 +13,7 @@ from typing import Any
 
 from restore import RangeScan
 from station.capture_loop.loop import CaptureLoop, Task
+from station.capture_loop.turning import Place, stay
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.rows import Row, rows_of
 from station.session import Page, Session, decide, open_session, read_session
@@ -127,8 +128,10 @@ class WritableSession(OpenSession):
         *,
         restorations: Restorations = IN_BACKGROUND,
         outputs: tuple[str, ...] = OUTPUTS,
+        turn: Callable[[Place], None] = stay,
     ) -> None:
         super().__init__(folder)
+        self._turn = turn
         self._shoot, self._listener, self._restorations, self._outputs = shoot, listener, restorations, outputs
         self._opened: Future[None] = Future()
         self._thread = threading.Thread(target=self._work, name=f"capture loop {self.name}", daemon=True)
@@ -242,7 +245,13 @@ class WritableSession(OpenSession):
         if completed or self._resumed:
             self._recovery = {"completed": completed, "problem": None}
         self.loop = CaptureLoop(
-            writer, self._shoot, submit, self._listener.line, changed=self._listener.changed, outputs=self._outputs
+            writer,
+            self._shoot,
+            submit,
+            self._listener.line,
+            changed=self._listener.changed,
+            outputs=self._outputs,
+            turn=self._turn,
         )
 
 
