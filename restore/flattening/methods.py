@@ -109,7 +109,8 @@ def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnSt
         found = flatten_parts(mesh.vertices, piece, whole, solve)
         flat[piece.vertices], worst = found.flat, worst.joined(found)
         arranged.append((piece.vertices, piece.faces))
-    refuse_narrow([flat[part.vertices] for part in parts], [float(part.network.areas.sum()) for part in parts])
+    if worst.converged:  # else the page says itself that it was not found
+        refuse_narrow([flat[part.vertices] for part in parts], [float(part.network.areas.sum()) for part in parts])
     arrange_pieces(flat, arranged)
     return FlatMesh.of(mesh, flat, network.lengths, worst.iterations, **worst.convergence)
 
