@@ -168,9 +168,13 @@ def _tiff(volume: Volume) -> Iterator[tuple[str, Content]]:
 
 
 def _mesh(volume: Volume, source: Source | None) -> Iterator[tuple[str, Content]]:
+    """Write the sheet of each scan, with the number of its first leaf."""
+    done = set[str]()
     for page in volume.pages:
-        if source is None or page.find(Role.ORIGINAL) is None:
+        original = page.find(Role.ORIGINAL)
+        if source is None or original is None or original.name in done:
             continue
+        done.add(original.name)
         (found, *_) = select_sheets(source(page), Sheets.LARGEST)
         area = None if found.sheet is None else found.sheet.area  # without the table below it
         for name, data in encode_sheet(surface_of(found.scan, area), f"{page.number:04}"):

@@ -36,8 +36,8 @@ from station.console.state.scanner import Open, ScannerOwner
 from station.console.state.shown import session_state, stamp, state_of
 from station.errors import explain
 from station.run.small_page import get_ready
+from station.session.current_preset import preset_of
 from station.session.facts import SETTINGS
-from station.session.overview import preset_of
 from station.session.presets import Preset
 from station.session.reading import VERIFY, SessionDamaged
 from station.session.stages import run_restore

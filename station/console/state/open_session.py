@@ -18,8 +18,9 @@ from station.console.faults import ConsoleFault
 from station.console.shown_pages.rows import Row, rows_of
 from station.session import Page, Session, decide, open_session, read_session
 from station.session.bag import LOG, TAG_MANIFEST
+from station.session.corrections import needs_restoration
 from station.session.judging import lacks_verdict
-from station.session.stages import RESTORE, Submit, run_restore
+from station.session.stages import Submit, run_restore
 from station.session.store import identity_of
 from station.workers.background import background
 
@@ -241,7 +242,7 @@ class WritableSession(OpenSession):
         writer = stack.enter_context(open_session(self.folder))
         completed = before != _tag_manifest(self.folder)
         submit = stack.enter_context(self._restorations())
-        self._resumed = [page.number for page in writer.history.pages() if _is_unfinished(page)]
+        self._resumed = [page.number for page in writer.history.pages() if _is_unfinished(writer.session, page)]
         if completed or self._resumed:
             self._recovery = {"completed": completed, "problem": None}
         self.loop = CaptureLoop(
@@ -262,8 +263,8 @@ def _size(path: Path) -> int:
         return 0
 
 
-def _is_unfinished(page: Page) -> bool:
-    return RESTORE not in page.runs or lacks_verdict(page)
+def _is_unfinished(session: Session, page: Page) -> bool:
+    return needs_restoration(session, page) or lacks_verdict(page)
 
 
 def _tag_manifest(folder: Path) -> bytes:
