@@ -49,12 +49,12 @@ DEFAULT = "isometric"
 def flatten_with_lengths(
     mesh: SurfaceMesh, lengths: Floats, method: str = DEFAULT, *, on_step: OnStep | None = None
 ) -> FlatMesh:
-    """The page of least strain of all vertices of a mesh, every edge as near to its given length as can be.
+    """Flatten a mesh with given edge lengths.
 
-    lengths (e,) mm are the rest lengths of the mesh's edges in the order of `Topology.edges`.
-    Each connected piece is flattened by itself and stays where the scan had it, unless it would lie over another. Faces
-    that run the wrong way round are turned.
-    Raises BadInput for an unknown method, a mesh that is broken, one-sided or a closed band, or lengths that are not
+    Each connected piece is flattened separately and stays where the scan had it, unless it would overlap another. Faces
+    of the wrong orientation are reversed.
+    lengths: (e,) mm, rest lengths in the order of `Topology.edges`.
+    Raises BadInput for an unknown method, a mesh that is damaged, one-sided or a closed band, or lengths that are not
     one for each edge, NotEnoughSurface for a mesh without area or without a border.
     """
     mesh = _flattenable(mesh, method)
@@ -62,7 +62,7 @@ def flatten_with_lengths(
 
 
 def flatten_points(mesh: SurfaceMesh, method: str = DEFAULT, *, on_step: OnStep | None = None) -> FlatMesh:
-    """The page of least strain by the lengths along the surface that the vertices sample (`surface_lengths`).
+    """Flatten a mesh by the surface lengths that its vertices sample.
 
     The default method takes them as far as they agree (`two_lengths.py`). Pieces and errors as those of
     `flatten_with_lengths`.
@@ -84,14 +84,18 @@ def _flattenable(mesh: SurfaceMesh, method: str) -> ValidMesh:
 
 
 def _not_overstrained(mesh: ValidMesh, page: FlatMesh, method: str, on_step: OnStep | None) -> FlatMesh:
-    """The page, or that of least distortion where the default method strains it more than paper can be."""
+    """Return the page, or the least distorted one where paper would tear.
+
+    That is where the default method strains the page more than paper can be.
+    """
     strained = method == DEFAULT and stretched(page.flat, mesh.topology.edges, page.lengths)
     return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step) if strained else page
 
 
 def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnStep | None) -> FlatMesh:
-    """The page of a mesh by a solver and rest lengths (e,) mm: each connected piece by itself, then all side by side.
+    """Flatten each connected piece of a mesh, and arrange the pieces.
 
+    lengths: (e,) mm, rest lengths.
     Raises NotEnoughSurface for a surface without a border, BadInput for a strip without a width.
     """
     network = make_network(mesh.vertices, mesh.topology, lengths)

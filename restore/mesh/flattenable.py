@@ -1,4 +1,4 @@
-"""Refuse what cannot be a page: one-sided surfaces, closed bands, strips without a width."""
+"""Refuse one-sided surfaces, closed bands and strips without a width."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ NARROW = 1e4  # times as long as wide: rounding, magnified by its square, bends 
 
 
 def refuse_unflattenable(vertices: Floats, topology: Topology) -> None:
-    """Raise BadInput for a mesh of vertices (n, 3) mm that is one-sided or a band closed on itself.
+    """Raise BadInput for a mesh that is one-sided or a closed band.
 
-    Only meshes without flaws are judged: no edge has more than two faces, and no border meets itself in a vertex.
+    Only meshes without flaws are checked: no edge has more than two faces, and no border meets itself in a vertex.
+    vertices: (n, 3) mm.
     """
     faces, sides, counts = topology.faces, topology.sides, topology.face_counts
     inner = np.flatnonzero(counts == 2)
@@ -42,9 +43,9 @@ def refuse_unflattenable(vertices: Floats, topology: Topology) -> None:
 
 
 def refuse_narrow(flat: Sequence[Floats], areas: Sequence[float]) -> None:
-    """Raise BadInput when the largest of some flat pieces is too narrow a strip.
+    """Raise BadInput when the largest of some pieces is a strip without a width.
 
-    flat (n, 2) mm of each piece, areas in mm² at rest. The edges of such a strip hardly change in length
+    flat: (n, 2) mm, positions of each piece. areas: in mm², at rest. The edges of such a strip hardly change in length
     when it bends in the plane: its lengths do not determine its form.
     """
     largest = int(np.argmax(areas))

@@ -1,4 +1,7 @@
-"""Rasterise triangles: values given at the corners, interpolated at every pixel centre, with or without a z-buffer."""
+"""Rasterises triangles, with or without a z-buffer.
+
+Values given at the corners are interpolated at every pixel centre.
+"""
 
 from __future__ import annotations
 
@@ -17,13 +20,17 @@ PICTURE_BANDS = 4  # that one is drawn in: each looks through all triangles
 def rasterise(
     corners: Floats, faces: Ints, values: Floats, height: int, width: int, inverse_depth: Floats | None = None
 ) -> NDArray[np.float32]:
-    """Interpolate values (n, k) over triangles with corners (n, 2) = (x right, y down) in pixels, faces (m, 3).
+    """Interpolate values over triangles.
 
-    Where triangles overlap, the last one is shown; with inverse_depth (n,), 1/mm along the line of sight, the nearest
-    one (z-buffer), and none that has a corner behind the camera. Interpolation is affine in the picture: for values
-    that are affine in space interpolate them times inverse depth, and inverse depth, and divide.
-    Triangles with a corner that is farther than FARTHEST, or not finite, are not shown.
-    Returns (height, width, k) float32, NaN where no triangle lies. Pixel centres are at whole numbers.
+    Where triangles overlap, the last one is shown; with inverse_depth the nearest one (z-buffer), and none that has a
+    corner behind the camera. Interpolation is affine in the image: for values that are affine in space interpolate them
+    times inverse depth, and inverse depth, and divide. Triangles with a corner that is farther than FARTHEST, or not
+    finite, are not shown.
+    corners: (n, 2) pixels, x right, y down; pixel centres are at whole numbers.
+    faces: (m, 3).
+    values: (n, k).
+    inverse_depth: (n,) 1/mm, along the line of sight.
+    Returns (height, width, k) float32, NaN outside all triangles.
     """
     picture = np.empty((height, width, values.shape[1]), np.float32)
     # Two extremes are cheap, and hardly ever so far out; no comparison with NaN is true.
@@ -49,9 +56,9 @@ def _draw(
     corners: Floats, faces: Ints, values: Floats, inverse_depth: Floats, nearest: Floats, first: int, end: int,
     picture: NDArray[np.float32],
 ) -> None:  # fmt: skip
-    """Draw the rows of a picture (height, width, k), which are NaN, from first to end.
+    """Draw the rows of a NaN picture (height, width, k) from first to end.
 
-    nearest (end − first, width) is the z-buffer of zeros; without rows there is none, nor inverse depths.
+    nearest: (end − first, width), z-buffer of zeros; without rows neither it nor inverse depths are used.
     """
     width, hides = picture.shape[1], len(nearest) > 0
     for f in range(len(faces)):

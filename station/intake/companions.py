@@ -1,4 +1,7 @@
-"""The files that belong to a scan file: those that it names, or the picture of the same name."""
+"""The files that belong to a scan file.
+
+Those that it names, or the picture of the same name.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +60,10 @@ class _Content:
 
 
 class Pairing:
-    """Finds companions in a watched folder; each file is read once for as long as it does not change."""
+    """Finder of companions in a watched folder.
+
+    Each file is read once for as long as it does not change.
+    """
 
     def __init__(self, folder: Path, kept: Kept | None = None) -> None:
         """The folder, and what was kept of an earlier start."""
@@ -88,8 +94,9 @@ class Pairing:
         return Companions(found, missing=None in named.values() or not complete)
 
     def _named(self, source: Path, seen: set[Path]) -> Iterator[tuple[str, Path | None]]:
-        """Names in a file and in the material files that it names, each with its path, None where there is none.
+        """Yield the names in a file and in the material files that it names.
 
+        Each with its path, None where the file does not exist.
         seen: files that were read already; a material file may name itself, or the one that names it.
         """
         for name in self._content(source).names:
@@ -113,7 +120,10 @@ class Pairing:
         return _Content(*known)
 
     def _lookup(self, source: Path, name: str) -> Path | None:
-        """The listed file that a name in a file means; never one outside the folder of that file."""
+        """Return the listed file that a name in a file means.
+
+        Never one outside the folder of that file.
+        """
         inside = _inside(name)
         if inside is None:
             return None
@@ -128,7 +138,10 @@ class Pairing:
 
 
 def stem_of_name(name: str) -> str:
-    """The name of a scan file without its ending, as `scan_stem` has it, and without a look at the disk."""
+    """Return the name of a scan file without its ending.
+
+    As `scan_stem` has it, and without a look at the disk.
+    """
     name = name[:-3] if name.lower().endswith(".abs.gz") else name
     point = name.rfind(".")
     return name[:point] if 0 < point < len(name) - 1 else name
@@ -141,7 +154,7 @@ def beside(path: Path, name: str) -> str:
 
 
 def _is_plain(name: str) -> bool:
-    """Whether a name is that of a file, without a folder, as nearly all are."""
+    """Return whether a name is that of a file, without a folder."""
     return "/" not in name and name not in ("", ".", "..")
 
 
@@ -165,7 +178,11 @@ def _read(path: Path, suffix: str) -> _Content:
 
 
 def _with_mark(file: BinaryIO, head: bytes, mark: bytes) -> bytes:
-    """The lines of a file that hold a mark, from block to block: never more of it at a time. head: what was read."""
+    """Return the lines of a file that hold a mark.
+
+    From block to block: never more of it at a time.
+    head: what was read.
+    """
     found, rest = list[bytes](), head
     while block := file.read(BLOCK_BYTES):
         lines, _, rest = (rest + block).rpartition(b"\n")

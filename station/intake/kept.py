@@ -1,6 +1,7 @@
-"""What planning has found, kept with the results: the next start looks at what has changed, and at nothing else.
+"""Keeps what planning has found, with the results.
 
-Nothing depends on the file: without it, or when it is damaged, everything is looked at again.
+The next start looks at what has changed, and at nothing else. Nothing depends on the file: without it, or when it is
+damaged, everything is looked at again.
 """
 
 from __future__ import annotations
@@ -22,11 +23,12 @@ Stamps = tuple[tuple[int, int], ...]
 
 @dataclass
 class Kept:
-    """What was found of each file. Paths are relative to the folder of scans, or to that of the results.
+    """What was found of each file.
 
-    An entry is one text of lines, which is parsed when it is asked for: lists of a hundred thousand take seconds.
-    contents  file → its stamp; 1 where it has its colours inside, else 0; the names of others in it.
-    settled   scan → the stamps of its files; the stamp of its record, a report or a note; the path of that.
+    Paths are relative to the folder of scans, or to that of the results. An entry is one text of lines, which is parsed
+    when it is asked for: lists of a hundred thousand take seconds.
+    contents: file → its stamp; 1 where it has its colours inside, else 0; the names of others in it.
+    settled: scan → the stamps of its files; the stamp of its record, a report or a note; the path of that.
     """
 
     contents: dict[str, str] = field(default_factory=dict)
@@ -43,7 +45,10 @@ class Kept:
             return cls()
 
     def save(self, out: Path) -> None:
-        """Keep it for the next start, where something was found and the folder of results is there."""
+        """Keep it for the next start.
+
+        Where something was found and the folder of results exists.
+        """
         if not self.changed or not out.is_dir():
             return
         data = json.dumps({"contents": self.contents, "settled": self.settled}, separators=(",", ":")).encode()
@@ -52,7 +57,10 @@ class Kept:
             (out / f"{NAME}.part").replace(out / NAME)
 
     def content(self, name: str, stamp: Stamp) -> tuple[tuple[str, ...], bool] | None:
-        """The names in a file, and whether it has its colours inside; None where it has changed."""
+        """Return the names in a file, and whether it has its colours inside.
+
+        None where it has changed.
+        """
         known, coloured, *names = str(self.contents.get(name, "")).split("\n") + [""]
         return (tuple(names[:-1]), coloured == "1") if known == _text(stamp) else None
 
