@@ -58,7 +58,6 @@ EVERYTHING = {"what": "remove", "polygon": [[0, 0], [639, 0], [639, 479], [0, 47
         ('{"layout": "spl', 3, "is not JSON"),
         ('{"version": 99}', 3, "newer Planish"),
         (json.dumps({"scan": "sha512:" + 128 * "0"}), 3, "another scan"),
-        ('{"layout": "whole", "parts": {"left": {}}}', 3, "part 'left'"),
         (json.dumps({"layout": "whole", "parts": {"page": {"masks": [EVERYTHING]}}}), 5, "leave 0.0%"),
     ],
 )
