@@ -8,8 +8,10 @@ turned away) the texture has the colour of another place, and where the surface 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -18,6 +20,7 @@ from scipy.spatial import cKDTree
 
 from restore.findings import Finding
 from restore.page import FlatMesh
+from restore.runtime.threads import in_picture_bands
 from restore.scan import Bytes, Floats, Mask
 from restore.texture.occlusion import occluded
 from restore.texture.page import MM_PER_INCH, PAPER, Painting
@@ -64,10 +67,10 @@ class Coverage:
     cut: float | None = None
     gaps: Mask | None = None
 
-    @property
+    @cached_property
     def mask(self) -> Mask:
         """(h, w) True where the camera saw the page."""
-        return np.asarray(np.isin(self.seen, VISIBLE))
+        return of_kinds(self.seen, VISIBLE)
 
     def fractions(self) -> dict[str, float]:
         """The fraction of the page's area of each kind, 0 to 1."""
@@ -121,19 +124,29 @@ def cover(
         seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = CoverageClass.OCCLUDED
     cut = None
     if fine.texture is not None and may_be_cut:
-        cut = cropped_fraction(seen != CoverageClass.OUTSIDE, painting.source, fine.texture.shape[:2])
+        cut = cropped_fraction(seen != CoverageClass.OUTSIDE, painting.source.rows, fine.texture.shape[:2])
     return Coverage(seen, cut, gaps)
 
 
 def seen_part(painting: Painting, coverage: Coverage) -> Painting:
     """The painted page with what the camera did not see blank; in holes it ends, and has no source."""
     holes = painting.mask & (coverage.seen == CoverageClass.OUTSIDE)
-    image, source, page_source = painting.image.copy(), painting.source, painting.page_source
-    image[holes | np.isin(coverage.seen, (CoverageClass.OCCLUDED, CoverageClass.ERASED))] = PAPER
+    image, source, page_source = painting.image, painting.source, painting.page_source
+    blank = holes | of_kinds(coverage.seen, (CoverageClass.OCCLUDED, CoverageClass.ERASED))
+    if blank.any():
+        image = image.copy()
+        image[blank] = PAPER
     if holes.any():
-        source = np.where(holes[..., None], np.float32(np.nan), source)
+        source = source.without(holes)
         page_source = None if page_source is None else np.where(holes, np.uint8(NO_PICTURE), page_source)
     return replace(painting, image=image, mask=coverage.mask, source=source, page_source=page_source)
+
+
+def of_kinds(seen: Bytes, kinds: Iterable[CoverageClass]) -> Mask:
+    """(h, w) True where the pixels (h, w) of a page are of one of some kinds."""
+    table = np.zeros(256, np.uint8)
+    table[list(kinds)] = 1
+    return np.asarray(cv2.LUT(seen, table)).view(bool)
 
 
 def hole_findings(page: Mask, kinds: Bytes, dpi: float) -> list[Finding]:
@@ -154,16 +167,23 @@ def _enclosed_holes(covered: Mask) -> Mask:
     return outside[1:-1, 1:-1] == 0
 
 
-def cropped_fraction(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int]) -> float:
+def cropped_fraction(page: Mask, page_map: Callable[[slice], NDArray[np.float32]], size: tuple[int, int]) -> float:
     """Share of the outline of a page (h, w) that shows the edge of the picture: there the page goes on, unseen.
 
-    page_map: (h, w, 2) texture pixels. size: height and width of the texture.
+    page_map: gives (rows, w, 2) texture pixels of a slice of its rows. size: height and width of the texture.
     """
     outline = page & ~cv2.erode(np.pad(page.astype(np.uint8), 1), np.ones((3, 3), np.uint8))[1:-1, 1:-1].astype(bool)
-    x, y = page_map[outline].T
-    inside = (x > EDGE_PX) & (y > EDGE_PX) & (x < size[1] - 1 - EDGE_PX) & (y < size[0] - 1 - EDGE_PX)
-    known = np.isfinite(x) & np.isfinite(y)
-    return float((known & ~inside).sum() / max(known.sum(), 1))
+    counts: list[tuple[int, int]] = []
+
+    def count(rows: slice) -> None:
+        x, y = page_map(rows)[outline[rows]].T
+        inside = (x > EDGE_PX) & (y > EDGE_PX) & (x < size[1] - 1 - EDGE_PX) & (y < size[0] - 1 - EDGE_PX)
+        known = np.isfinite(x) & np.isfinite(y)
+        counts.append((int((known & ~inside).sum()), int(known.sum())))
+
+    in_picture_bands(count, *page.shape)
+    outside, known = (sum(one) for one in zip(*counts, strict=True))
+    return outside / max(known, 1)
 
 
 def cut_findings(share: float) -> list[Finding]:

@@ -163,11 +163,11 @@ def test_the_share_of_the_outline_at_the_edge_of_the_picture():
     rows, cols = np.indices((20, 40)).astype(np.float32)
     inside = np.dstack([cols + 100, rows + 100]).astype(np.float32)
     page = np.ones((20, 40), bool)
-    assert cropped_fraction(page, inside, (480, 640)) == 0.0
+    assert cropped_fraction(page, inside.__getitem__, (480, 640)) == 0.0
     cut = np.dstack([cols, rows + 100]).astype(np.float32)  # its left side, 20 of 116 pixels, and the next columns
-    assert cropped_fraction(page, cut, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
+    assert cropped_fraction(page, cut.__getitem__, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
     assert cut_findings(0.0) == []
-    (found,) = cut_findings(cropped_fraction(page, cut, (480, 640)))
+    (found,) = cut_findings(cropped_fraction(page, cut.__getitem__, (480, 640)))
     assert found.text.startswith("22% of the page's outline is at the edge of the image")
 
 
