@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from drivers.scanner import CaptureSettings, Scanner, ScannerError, SettingsError
+from drivers.scanner import CaptureSettings, Scanner, ScannerError, SettingsError, Turner
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -16,7 +16,16 @@ if TYPE_CHECKING:
     from drivers.vivid900.link import Link
     from drivers.vivid900.profile.profile import Profile
 
-__all__ = ["CaptureSettings", "Scanner", "ScannerError", "SettingsError", "open_link", "open_scanner", "open_turntable"]
+__all__ = [
+    "CaptureSettings",
+    "Scanner",
+    "ScannerError",
+    "SettingsError",
+    "Turner",
+    "open_link",
+    "open_scanner",
+    "open_turntable",
+]
 
 # driver name → module with `connect(config) -> Scanner` and `open_link(config)`; imported only when asked for.
 DRIVERS = {"simulated": "drivers.simulated", "vivid900": "drivers.vivid900.connecting"}

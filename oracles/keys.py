@@ -93,6 +93,9 @@ KEYS: Mapping[str, Key] = {
     "sheet": Key("table", "", "which sheet of a scan the page is", "station/run/pieces.py"),
     "of": Key("number", "", "how many sheets the scan has", "station/run/pieces.py"),
     "part": Key("text", "", "leaf of an opened book: left, right, or page for the whole", "restore/layout/leaves.py"),
+    "parts": Key(
+        "table", "", "leaves of an opened book, each with its report or its corrections", "station/session/stages.py"
+    ),
     "layout": Key(
         "table|text", "", "layout of a scan as it was found, or as it is requested", "restore/layout/leaves.py"
     ),
@@ -199,7 +202,7 @@ KEYS: Mapping[str, Key] = {
     # Events of a session
     "number": Key("number", "", "running number of an event, or of a sheet", EVENTS),
     "page": Key("number", "", "running number of the page, 0 for the volume", EVENTS),
-    "kind": Key("text", "", "session, capture, stage, decision or move", EVENTS),
+    "kind": Key("text", "", "of an event: session, capture, stage, decision or move; of a page: what it shows", EVENTS),
     "slot": Key("text", "", "the pointer that the event sets", EVENTS),
     "parent": Key("number|null", "", "the event that the pointer named before", EVENTS),
     "software": Key("text", "", "name and version of the program", EVENTS),

@@ -302,6 +302,9 @@ CODES: Mapping[str, Code] = {
         "it is not clear whether this is an opened book, and the whole is one page: {reason}; --layout split cuts it "
         "at the spine, --layout whole keeps it",
     ),
+    "part_not_found": Code(
+        "note", "the corrections of the part {part} are not used: the scan gives {parts}. Check the layout"
+    ),
     "facing_strip": Code("note", "a strip of the facing page, {width_mm:.0f} mm wide, is not restored"),
     "print_over_spine": Code(
         "note", "print runs over the spine along {share:.1%} of its height: the whole is one page", "height"

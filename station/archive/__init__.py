@@ -7,5 +7,6 @@ book        one PDF/A of all pages, with page labels and words
 tiff        TIFF masters with profile and resolution
 sheets      the sheets as meshes: GLB, PLY, OBJ
 bag         a BagIt bag around any of these
+formats     their names
 deliver     one of the formats written to a new folder, whole or not at all
 """

@@ -70,12 +70,12 @@ def _description(volume: Volume) -> Element:
 
 def _technical(volume: Volume, images: Mapping[str, ImageFacts], ids: Mapping[str, str]) -> Iterator[Element]:
     """What each file is (PREMIS), and of images how they were sampled (MIX)."""
-    for page in volume.pages:
-        for file in page.files:
-            yield _section("techMD", f"object.{ids[file.name]}", "PREMIS:OBJECT", encode_object(file))
-            if file.name in images:
-                image = encode_mix(file, images[file.name], page.provenance)
-                yield _section("techMD", f"image.{ids[file.name]}", "NISOIMG", image)
+    provenance = {file.name: page.provenance for page in volume.pages for file in page.files}
+    for file in volume.files:
+        yield _section("techMD", f"object.{ids[file.name]}", "PREMIS:OBJECT", encode_object(file))
+        if file.name in images:
+            image = encode_mix(file, images[file.name], provenance[file.name])
+            yield _section("techMD", f"image.{ids[file.name]}", "NISOIMG", image)
 
 
 def _events(volume: Volume) -> Iterator[Element]:

@@ -235,7 +235,7 @@ def _step(
 ) -> None:
     """Undo or redo the operator's step, or a stage's run on a page. words: what it is called, and called when done."""
     from station.errors import UsageError
-    from station.session.stages import STAGES
+    from station.session.parts import STAGES
 
     with _writing(index, session) as writer:
         if (page is None) != (stage is None):

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from station.archive.check import check_export
-from station.archive.deliver import Format, deliver
+from station.archive.deliver import deliver
+from station.archive.formats import Format
 from station.archive.from_session import scan_of, volume_of
 from station.batch.progress import Event
 from station.batch.runner import run_batch

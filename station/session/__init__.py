@@ -6,9 +6,12 @@ bag       tag files as functions of the events
 reading   what stands in the folder, and completing what an interrupted writer left
 store     create, read, open for writing; one event at a time
 steps     scans, runs of stages, decisions, undo and redo
+rules     corrections as events hold them
+correcting  corrections made, undo and redo with the restorations that fit
 volume    what a session is of
 """
 
+from station.session.correcting import add_rule, correct, redo, undo
 from station.session.events import VOLUME, Event, Input, slot_of
 from station.session.history import History, Page
 from station.session.reading import SessionDamaged
@@ -18,10 +21,8 @@ from station.session.steps import (
     decide,
     move,
     record_run,
-    redo,
     redo_run,
     scan_path,
-    undo,
     undo_run,
 )
 from station.session.store import Session, SessionBroken, Writer, create_session, open_session, read_session
@@ -39,7 +40,9 @@ __all__ = [
     "Volume",
     "Writer",
     "add_files",
+    "add_rule",
     "add_scan",
+    "correct",
     "create_session",
     "decide",
     "move",

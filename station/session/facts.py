@@ -8,14 +8,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import PurePosixPath
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, create_model
 
 from station.session.events import VOLUME, Event
 from station.session.history import CAPTURE, History
 from station.session.presets import Preset, changed_preset
-from station.session.volume import Volume
+from station.session.rules import EDITS, RULES, RULES_TABLE, EditsTable
+from station.session.volume import Volume, volume_of_facts
 from station.verdict.packed import unpack
 from station.verdict.thresholds import WORSE, Level
 
@@ -76,6 +77,7 @@ class Restored(_Facts):
     page_mm: Lengths | None = None
     dpi: Length | None = None
     measures: Measures | None = None
+    parts: dict[Literal["page", "left", "right"], Restored] = {}
 
 
 class Checked(_Facts):
@@ -98,10 +100,12 @@ class Judged(_Facts):
 
 RESULTS: Mapping[str, type[BaseModel]] = {"restore": Restored, "verdict": Judged}
 VALUES: Mapping[str, TypeAdapter[Any]] = {
-    **{name: TypeAdapter(str) for name in ("label", "side", "note")},
+    **{name: TypeAdapter(str) for name in ("label", "label_left", "label_right", "side", "note")},
     **{name: TypeAdapter(bool) for name in ("mark", "accept")},
     "position": TypeAdapter(Number),
     SETTINGS: TypeAdapter(dict[str, dict[str, Any]]),
+    EDITS: TypeAdapter(EditsTable),
+    RULES: RULES_TABLE,
 }
 
 
@@ -130,7 +134,8 @@ def check_facts(history: History) -> None:
 
 
 def _volume(event: Event) -> Volume:
-    return Volume.model_validate(Created.model_validate(dict(event.facts)).volume)
+    Created.model_validate(dict(event.facts))
+    return volume_of_facts(event.facts)
 
 
 def _check_place(event: Event, history: History) -> None:

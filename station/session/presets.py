@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from drivers.shipped import CONFIGS
 from restore import Settings
 from restore.files import read_toml
-from station.choices import FLAGS
+from station.choices import FLAGS, Layout
 from station.config import build_model, not_there
 from station.errors import UsageError
 from station.verdict.thresholds import Thresholds, check_limits
@@ -36,6 +36,7 @@ class Preset(BaseModel):
     foliation   how pages are numbered: `pages` (1, 2, 3), `folios` (1r, 1v, 2r) or `none`.
     first       the number of the first page or leaf.
     sides       whether pages lie left and right in turn, the first one `left` or `right`; None for single sheets.
+    layout      what becomes of an opened book, as the option of `planish restore` is called.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -45,6 +46,7 @@ class Preset(BaseModel):
     foliation: Literal["pages", "folios", "none"] = "pages"
     first: int = Field(default=1, ge=0, le=100_000)
     sides: Literal["left", "right"] | None = None
+    layout: Layout = Layout.SINGLE
     thresholds: Thresholds = Thresholds()
 
     @field_validator("settings")
@@ -70,6 +72,7 @@ class Preset(BaseModel):
         outputs = sorted({*self.outputs, "coverage"})
         told = {"unit": str(capture.get("unit", "auto"))}
         told |= {"scale": capture["scale"]} if "scale" in capture else {}
+        told |= {} if self.layout == Layout.SINGLE else {"layout": str(self.layout)}
         return {"settings": settings, "outputs": outputs, "language": self.language, **told}
 
     def label(self, position: int) -> str:

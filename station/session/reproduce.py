@@ -11,7 +11,9 @@ from typing import Any
 from restore import BadInput
 from station.export.report import finite
 from station.session.events import FORMAT, Event
-from station.session.stages import RESTORE, VERDICT, Run, run_restore, run_verdict
+from station.session.judging import fingerprints_of
+from station.session.parts import RESTORE, VERDICT
+from station.session.stages import Run, run_restore, run_verdict
 from station.session.steps import scan_path
 from station.session.store import Session, file_digests
 from station.version import software_version
@@ -87,8 +89,7 @@ def _parameters(event: Event) -> Mapping[str, Any]:
 
 def _verdict(session: Session, event: Event, _folder: Path) -> Run:
     on, *others = (session.history.event(one.event) for one in event.inputs)
-    compared = {other.page: str(other.facts["result"]["measures"]["fingerprint"]) for other in others}
-    return run_verdict(on.facts["result"]["measures"], _parameters(event), compared)
+    return run_verdict(on.facts["result"], _parameters(event), fingerprints_of(others))
 
 
 DERIVERS: Mapping[str, Derive] = {RESTORE: _restore, VERDICT: _verdict}

@@ -25,7 +25,7 @@ from station.session.facts import check_facts
 from station.session.history import History, extended, folded
 from station.session.reading import MAX_EVENTS, SessionDamaged, Stored, complete_tag_files, read_stored
 from station.session.texts import check_text
-from station.session.volume import Volume
+from station.session.volume import Volume, volume_of_facts
 from station.storage.atomic import lock_output_folder, new_folder
 from station.storage.disk import add_path_to_errors, sync_folder, sync_tree, write_and_sync, write_file
 from station.storage.folder_lock import FolderLock, lock_folder
@@ -63,7 +63,7 @@ class Session:
     @property
     def volume(self) -> Volume:
         """What the session is of, from its first event."""
-        return Volume.model_validate(dict(self.history.event(1).facts["volume"]))
+        return volume_of_facts(self.history.event(1).facts)
 
     @property
     def identifier(self) -> str:
@@ -87,7 +87,7 @@ def create_session(
     refuse_reserved(folder)
     for name in ("title", "project", "organisation"):
         check_text(name, getattr(volume, name))
-    facts = {"id": new_id(), "volume": volume.model_dump(mode="json", exclude_none=True)}
+    facts = {"id": new_id(), **volume.facts()}
     time = _stamp(now())
     first = Event(1, VOLUME, "session", "session", None, time, software_version(), facts)
     files = bag.tag_files([first])

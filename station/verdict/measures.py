@@ -17,6 +17,8 @@ from station.verdict.same_page import fingerprint
 MM_PER_INCH = 25.4
 STRONGEST = 0.02  # share of the page's pixels whose gradient is that of an edge: print covers five per cent and more
 REACH_PX = 4  # within which an edge of up to two pixels' spread has risen: two standard deviations
+# of the page's smaller side, at each border: there light that falls off in a gutter looks like an edge
+MARGIN = 1 / 12
 FLAT_LEVELS = 24.0  # grey levels that an edge must rise by: several times the sensor's noise
 PRE_SMOOTH_PX = 0.7  # before differences are taken, and taken out of the result: the sensor's noise is no edge
 DIFFERENCE_PX = 3**-0.5  # spread by a central difference, the mean slope over two pixels; taken out as well
@@ -101,7 +103,8 @@ def blur_px(texture: Bytes, page: Mask) -> float | None:
     """
     grey = cv2.GaussianBlur(cv2.cvtColor(texture, cv2.COLOR_RGB2GRAY).astype(np.float32), (0, 0), PRE_SMOOTH_PX)
     gradient = np.hypot(cv2.Scharr(grey, cv2.CV_32F, 1, 0), cv2.Scharr(grey, cv2.CV_32F, 0, 1)) / 32.0
-    inner = cv2.erode(page.astype(np.uint8), np.ones((2 * REACH_PX + 1,) * 2, np.uint8)).astype(bool)
+    depth = cv2.distanceTransform(np.pad(page.astype(np.uint8), 1), cv2.DIST_C, cv2.DIST_MASK_PRECISE)[1:-1, 1:-1]
+    inner = depth > max(REACH_PX, 2 * MARGIN * float(depth.max()))
     if not inner.any():
         return None
     window = np.ones((2 * REACH_PX + 1,) * 2, np.uint8)

@@ -17,6 +17,7 @@ from typing import Any
 import drivers
 from drivers import ScannerError
 from restore import RangeScan
+from station.capture_loop.turning import Place, place_of, stay
 from station.config import StationConfig
 from station.console.faults import REPORTED, ConsoleFault, problem_of
 from station.console.shown_pages.layers import event_of
@@ -35,8 +36,8 @@ from station.console.state.scanner import Open, ScannerOwner
 from station.console.state.shown import session_state, stamp, state_of
 from station.errors import explain
 from station.run.small_page import get_ready
+from station.session.current_preset import preset_of
 from station.session.facts import SETTINGS
-from station.session.overview import preset_of
 from station.session.presets import Preset
 from station.session.reading import VERIFY, SessionDamaged
 from station.session.stages import run_restore
@@ -177,7 +178,9 @@ class AppState:
     def _worked_on(self, folder: Path) -> WritableSession:
         shoot = None if self.scanner.config is None else self.scanner.capture
         listener = Listener(self._line, self._session_changed, self._loop_ended)
-        opened = WritableSession(folder, shoot, listener, restorations=self._restorations)
+        opened = WritableSession(
+            folder, shoot, listener, restorations=self._restorations, turn=self.scanner.turn if shoot else stay
+        )
         opened.start()
         with _all_or_nothing(opened):
             self._enter(opened.session)
@@ -246,7 +249,7 @@ class AppState:
     def look(self) -> None:
         """Take a preview, and send it when it is there. Raises ConsoleFault."""
         self.scanner.reserve("preview")
-        self.scanner.preview().add_done_callback(self._previewed)
+        self.scanner.preview(self._present()).add_done_callback(self._previewed)
 
     def begin(self, task: tasks.Task) -> Job:
         """Have a task done by a job. Raises ConsoleFault."""
@@ -289,6 +292,12 @@ class AppState:
         """Use the settings of a capture as they are now: a session was opened, a change made or taken back."""
         with suppress(ScannerError, TypeError):  # of another version; those before are used
             self.scanner.settings = settings.capture_settings(self.scanner.configured, self._changes())
+
+    def _present(self) -> Place:
+        """Return the place of the current page; the first opening before there is any."""
+        opened = self.open_session
+        page = None if opened is None else opened.page
+        return Place(0, 0) if opened is None or page is None else place_of(opened.session.history, page)
 
     def _previewed(self, shot: Future[RangeScan]) -> None:
         try:

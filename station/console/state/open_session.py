@@ -13,12 +13,14 @@ from typing import Any
 
 from restore import RangeScan
 from station.capture_loop.loop import CaptureLoop, Task
+from station.capture_loop.turning import Place, stay
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.rows import Row, rows_of
 from station.session import Page, Session, decide, open_session, read_session
 from station.session.bag import LOG, TAG_MANIFEST
+from station.session.corrections import needs_restoration
 from station.session.judging import lacks_verdict
-from station.session.stages import RESTORE, Submit, run_restore
+from station.session.stages import Submit, run_restore
 from station.session.store import identity_of
 from station.workers.background import background
 
@@ -127,8 +129,10 @@ class WritableSession(OpenSession):
         *,
         restorations: Restorations = IN_BACKGROUND,
         outputs: tuple[str, ...] = OUTPUTS,
+        turn: Callable[[Place], None] = stay,
     ) -> None:
         super().__init__(folder)
+        self._turn = turn
         self._shoot, self._listener, self._restorations, self._outputs = shoot, listener, restorations, outputs
         self._opened: Future[None] = Future()
         self._thread = threading.Thread(target=self._work, name=f"capture loop {self.name}", daemon=True)
@@ -238,11 +242,17 @@ class WritableSession(OpenSession):
         writer = stack.enter_context(open_session(self.folder))
         completed = before != _tag_manifest(self.folder)
         submit = stack.enter_context(self._restorations())
-        self._resumed = [page.number for page in writer.history.pages() if _is_unfinished(page)]
+        self._resumed = [page.number for page in writer.history.pages() if _is_unfinished(writer.session, page)]
         if completed or self._resumed:
             self._recovery = {"completed": completed, "problem": None}
         self.loop = CaptureLoop(
-            writer, self._shoot, submit, self._listener.line, changed=self._listener.changed, outputs=self._outputs
+            writer,
+            self._shoot,
+            submit,
+            self._listener.line,
+            changed=self._listener.changed,
+            outputs=self._outputs,
+            turn=self._turn,
         )
 
 
@@ -253,8 +263,8 @@ def _size(path: Path) -> int:
         return 0
 
 
-def _is_unfinished(page: Page) -> bool:
-    return RESTORE not in page.runs or lacks_verdict(page)
+def _is_unfinished(session: Session, page: Page) -> bool:
+    return needs_restoration(session, page) or lacks_verdict(page)
 
 
 def _tag_manifest(folder: Path) -> bytes:

@@ -13,6 +13,7 @@ import drivers
 from drivers import CaptureSettings, Scanner, ScannerError
 from drivers.scanner import LASER_MAY_BE_ON
 from restore import RangeScan
+from station.capture_loop.turning import Place, turn
 from station.config import StationConfig
 from station.console.faults import ConsoleFault, problem_of
 
@@ -99,9 +100,14 @@ class ScannerOwner:
         """Shoot with the settings as they are, and wait. Raises ScannerError; the laser is off by then."""
         return self._thread.submit(self._capture, self.settings).result()
 
-    def preview(self) -> Future[RangeScan]:
-        """One FAST shot with the focus and the exposure of a capture."""
+    def turn(self, place: Place) -> None:
+        """Have the leaves turned, where the scanner turns them. Raises ScannerError."""
+        self._thread.submit(self._turn, place).result()
+
+    def preview(self, place: Place) -> Future[RangeScan]:
+        """One FAST shot of a place, with the focus and the exposure of a capture."""
         fast = replace(self.settings, mode="fast", average=1, multi_depth=False)
+        self._thread.submit(self._turn, place)
         return self._thread.submit(self._capture, fast)
 
     def cancel(self) -> None:
@@ -160,6 +166,13 @@ class ScannerOwner:
         facts = scan.provenance
         self._show(laser="off", lens=facts.get("lens"), distance_mm=facts.get("distance_mm"))
         return scan
+
+    def _turn(self, place: Place) -> None:
+        try:
+            turn(self._opened(), place)
+        except ScannerError as error:
+            self._failed(error)
+            raise
 
     def _failed(self, error: ScannerError) -> None:
         """Show a fault; a scanner that does not answer any more is opened anew by the next shot."""

@@ -86,6 +86,7 @@ def test_one_picture_alone_is_evened_as_it_is(figure, relief):
         np.testing.assert_array_equal(evened.image, remove_shading(plain.image, plain.mask, DPI, relief).image)
 
 
+@pytest.mark.slow
 def test_a_page_without_picture_stays(figure, relief):
     bare = replace(figure.page, texture=None, texcoords=None)
     plain = paint_page(figure.page, DPI)

@@ -10,7 +10,8 @@ import pytest
 
 from restore import BadInput, load_scan
 from station.archive import deliver as delivery
-from station.archive.deliver import Format, deliver
+from station.archive.deliver import deliver
+from station.archive.formats import Format
 from station.archive.volume import Role, missing
 from station.errors import OverwriteError
 from station.session.bag import MANIFEST
