@@ -78,7 +78,7 @@ def _filter(rows: Bytes, above: Bytes, out: Bytes) -> None:
 
 
 def _joined_sum(first: int, second: int, size: int) -> int:
-    """The Adler-32 check sum of two parts, from theirs, the second of so many bytes."""
+    """The Adler-32 check sum of two parts, from theirs and the size of the second in bytes."""
     low = (first & 0xFFFF) + (second & 0xFFFF) - 1
     high = (first >> 16) + (second >> 16) + size * ((first & 0xFFFF) - 1)
     return (high % ADLER) << 16 | low % ADLER

@@ -12,7 +12,7 @@ from restore.scan import Floats, Ints, Mask
 EDGE_TOLERANCE = 1e-6  # of a triangle: no pixel centre may fall between two neighbours; also the least area in pixels
 FARTHEST = 1e9  # pixels: in a sliver that reaches ten times as far, rounding is as much as EDGE_TOLERANCE
 PICTURE_BANDS = 4  # that one is drawn in: each looks through all triangles
-LEAST_SLOPE = 1e-6  # of a barycentric coordinate along a row, in those across it: flatter ones do not bound a row
+MIN_SLOPE = 1e-6  # of a barycentric coordinate along a row, in those across it: flatter ones do not bound a row
 
 
 def rasterise(
@@ -71,7 +71,7 @@ def _bounds(
         (-sign * uy, -sign * down * ux - slack),
         (sign * (uy - vy), sign * down * (ux - vx) - sign * area - slack),
     ):
-        if abs(slope) > LEAST_SLOPE * (abs(ux) + abs(vx) + abs(uy) + abs(vy)):
+        if abs(slope) > MIN_SLOPE * (abs(ux) + abs(vx) + abs(uy) + abs(vy)):
             at = rest / slope
             if slope > 0.0:
                 start = max(start, at - 1.0)

@@ -27,6 +27,7 @@ from restore.texture.page import MM_PER_INCH, PAPER, Painting
 
 MAX_HIDDEN = 0.1  # of the page: the gutter of a book hides less, beside the letters that are lost there
 MAX_FILLED_MM = 20.0  # across: between two lines of text a page bends little, over a hand's breadth of a book too much
+WIDTH_DPI = 150  # at which widths are measured at least: a pixel is a hundredth of MAX_FILLED_MM
 EDGE_PX = 3.0  # of the picture: the page is painted by interpolation, so its last pixel lies within two of the edge
 # of the outline of a page that is said to be cut off: the presets of the station are amber from there
 MAX_CUT = 0.02
@@ -143,7 +144,7 @@ def seen_part(painting: Painting, coverage: Coverage) -> Painting:
 
 
 def of_kinds(seen: Bytes, kinds: Iterable[CoverageClass]) -> Mask:
-    """(h, w) True where the pixels (h, w) of a page are of one of some kinds."""
+    """Mark the pixels (h, w) of a page that are of one of some kinds."""
     table = np.zeros(256, np.uint8)
     table[list(kinds)] = 1
     return np.asarray(cv2.LUT(seen, table)).view(bool)
@@ -172,11 +173,10 @@ def cropped_fraction(page: Mask, page_map: Callable[[slice], NDArray[np.float32]
 
     page_map: gives (rows, w, 2) texture pixels of a slice of its rows. size: height and width of the texture.
     """
-    outline = page & ~cv2.erode(np.pad(page.astype(np.uint8), 1), np.ones((3, 3), np.uint8))[1:-1, 1:-1].astype(bool)
     counts: list[tuple[int, int]] = []
 
     def count(rows: slice) -> None:
-        x, y = page_map(rows)[outline[rows]].T
+        x, y = page_map(rows)[_outline(page, rows)].T
         inside = (x > EDGE_PX) & (y > EDGE_PX) & (x < size[1] - 1 - EDGE_PX) & (y < size[0] - 1 - EDGE_PX)
         known = np.isfinite(x) & np.isfinite(y)
         counts.append((int((known & ~inside).sum()), int(known.sum())))
@@ -184,6 +184,14 @@ def cropped_fraction(page: Mask, page_map: Callable[[slice], NDArray[np.float32]
     in_picture_bands(count, *page.shape)
     outside, known = (sum(one) for one in zip(*counts, strict=True))
     return outside / max(known, 1)
+
+
+def _outline(page: Mask, rows: slice) -> Mask:
+    """Mark the outermost pixels of a page (h, w) in a slice of its rows."""
+    first = max(rows.start - 1, 0)
+    near = page[first : rows.stop + 1].view(np.uint8)
+    inner = cv2.erode(near, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0).view(bool)
+    return np.asarray(page[rows] & ~inner[rows.start - first :][: rows.stop - rows.start])
 
 
 def cut_findings(share: float) -> list[Finding]:
@@ -201,5 +209,9 @@ def _across_mm(places: Mask, dpi: float) -> float:
     """The diameter in mm of the largest circle within places (h, w) of a page."""
     if not places.any():
         return 0.0
-    padded = np.pad(places, 1).astype(np.uint8)
-    return 2.0 * float(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi
+    step = max(1, int(dpi / WIDTH_DPI))
+    rows, cols = (max(1, size // step) for size in places.shape)
+    # A block counts where all of it does: lines of any length are not an area.
+    blocks = places[: rows * step, : cols * step].reshape(rows, -1, cols, min(step, places.shape[1])).all(axis=(1, 3))
+    padded = np.pad(blocks, 1).astype(np.uint8)
+    return 2.0 * float(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH * step / dpi

@@ -49,7 +49,7 @@ class SourceMap:
         return cls((kept.shape[0], kept.shape[1]), lambda rows: kept[rows])
 
     def whole(self) -> PageMap:
-        """(h, w, 2) all of it."""
+        """Return all of it, (h, w, 2)."""
         return self.rows(slice(0, self.shape[0]))
 
     def without(self, holes: Mask) -> SourceMap:
@@ -121,7 +121,7 @@ def _paint_texture(page: FlatMesh, dpi: float) -> tuple[Bytes, Mask, SourceMap, 
 
 
 def _source_rows(page: FlatMesh, dpi: float, factor: int, rows: slice) -> PageMap:
-    """(rows, w, 2) texture pixels at rows of a page whose pixels have their sides divided by a factor."""
+    """Draw texture pixels (rows, w, 2) at rows of a page whose pixels have their sides divided by a factor."""
     assert page.texcoords is not None
     return page_map(page.flat, page.faces, page.texcoords, dpi, oversampling=factor, rows=rows)
 
