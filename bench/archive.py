@@ -1,4 +1,4 @@
-"""`python -m bench.archive [--against SOURCES]`: what pages cost in a batch and at the resolutions of archives.
+"""Measure pages in a batch and at archive resolutions (`bench.archive`).
 
 Single restorations of a FINE and a FAST page at several resolutions, then a batch of mixed pages with one worker and
 with two, each as a command: wall and processor seconds, and the largest memory of any of its processes. With other
@@ -31,7 +31,7 @@ ROW = "{:<22}{:>10}{:>12}{:>12}{:>10}{:>28}"
 
 @dataclass(frozen=True)
 class Cost:
-    """One command: seconds of wall and of processor time, and the memory of its largest process, MB."""
+    """Seconds of a command, and the memory of its largest process in MB."""
 
     wall_s: float
     processor_s: float
@@ -75,12 +75,12 @@ def mixed_pages(folder: Path, count: int) -> Path:
 
 
 def _workers(tree: Path, count: int) -> list[str]:
-    """The option of a batch for its workers, which was renamed when commands moved to a folder of their own."""
+    """Return the option for the workers, which was renamed with the folder."""
     return ["--jobs" if (tree / "station" / "commands").is_dir() else "--workers", str(count)]
 
 
 def run(tree: Path, words: Sequence[str]) -> Cost:
-    """Run a command of the sources in a folder, its results in a folder that is removed."""
+    """Run a command of the sources in a folder; its results are removed."""
     with tempfile.TemporaryDirectory() as out:
         start = time.perf_counter()
         command = [sys.executable, "-c", RUN, *words, "-o", out]
@@ -95,7 +95,10 @@ def run(tree: Path, words: Sequence[str]) -> Cost:
 
 
 def _print(title: str, pairs: list[list[Cost]]) -> None:
-    """A line for each of the sources; pairs: for each repetition the cost of each."""
+    """Print a line for each of the sources.
+
+    pairs: for each repetition the cost of each of them.
+    """
     for number, name in enumerate(("these", "other")[: len(pairs[0])]):
         costs = [pair[number] for pair in pairs]
         medians = [statistics.median(getattr(cost, field) for cost in costs) for field in Cost.__dataclass_fields__]

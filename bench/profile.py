@@ -1,8 +1,9 @@
-"""`python -m bench.profile`: where the processor time of a page goes, with one thread, at several resolutions.
+"""Show where the processor time of a page goes (`bench.profile`).
 
-Each page is restored in a process of its own, as a worker of a batch does it: the first restoration loads the kernels,
-further ones show what a page costs, and one more is profiled. Printed are the functions of this package that take a
-fraction of LEAST or more: with all that they call, and by themselves. The profile makes short functions look longer.
+With one thread, each page is restored in a process of its own, as a worker of a batch does it: the first restoration
+loads the kernels, further ones show what a page costs, and one more is profiled. Printed are the functions of this
+package that take a fraction of LEAST or more: with all that they call, and by themselves. The profile makes short
+functions look longer.
 """
 
 from __future__ import annotations
@@ -84,7 +85,10 @@ def _seconds(work: Callable[[], None]) -> float:
 
 
 def shares(stats: pstats.Stats) -> list[tuple[float, float, str]]:
-    """The functions of this package that take LEAST of the time or more: fractions in all and by themselves, name."""
+    """Return the functions that take LEAST of the time or more.
+
+    Of each: the fraction with all that it calls, that by itself, and its name.
+    """
     table, whole = stats.stats, stats.total_tt  # type: ignore[attr-defined]
     found = []
     for (file, line, function), (_, _, own, total, _) in table.items():

@@ -45,7 +45,10 @@ class FlatMesh(SurfaceMesh):
 
     @property
     def edges(self) -> Ints:
-        """(e, 2): each edge of its faces once, the smaller vertex first, in ascending order."""
+        """Return the edges (e, 2) of the faces, each once.
+
+        The smaller vertex first, in ascending order.
+        """
         return self.topology.edges
 
     @property
@@ -55,8 +58,10 @@ class FlatMesh(SurfaceMesh):
 
     @classmethod
     def of(cls, mesh: SurfaceMesh, flat: Floats, lengths: Floats, iterations: int, **convergence: Any) -> Self:
-        """A flat mesh from a surface mesh, its flat positions (n, 2) mm and its rest lengths (e,) mm.
+        """Make a flat mesh from a surface mesh.
 
+        flat: (n, 2) mm.
+        lengths: (e,) mm, rest lengths.
         convergence: `residual` and `converged` of the solver.
         """
         surface: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
@@ -105,7 +110,10 @@ class RestoredPage:
     findings: tuple[Finding, ...] = ()
 
     def changed_images(self, change: Callable[[str, NDArray[Any]], NDArray[Any]]) -> dict[str, Any]:
-        """The fields of `IMAGES` after change(name, array (h, w, …)); one that is None stays None."""
+        """Return the fields of `IMAGES` after change(name, array (h, w, …)).
+
+        A field that is None stays None.
+        """
         fields = {name: getattr(self, name) for name in IMAGES}
         return {name: None if one is None else np.ascontiguousarray(change(name, one)) for name, one in fields.items()}
 

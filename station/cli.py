@@ -44,11 +44,15 @@ app = typer.Typer(cls=CommandGroups, invoke_without_command=True, pretty_excepti
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command with the given arguments, the process's own when None. Returns the exit code."""
+    """Run the command with the given arguments, or those of the process.
+
+    arguments: None for those of the process.
+    Returns the exit code.
+    """
     occupy_standard_streams()
     try:
         code = app(None if arguments is None else list(arguments), prog_name="planish", standalone_mode=False)
-    except SystemExit as end:  # typer ends so when nobody reads its help
+    except SystemExit as end:  # typer ends so when the reader of its help is gone
         return READER_GONE if isinstance(end.__context__, BrokenPipeError) else int(end.code or 0)
     except UsageError as error:  # of an option, before its command begins
         print_fault(explain(error))

@@ -22,7 +22,7 @@ MAX_PIXELS = 80_000_000
 SMALL_PIXELS, MAX_PIXELS_PER_BYTE = 20_000_000, 16
 BAND_ROWS = 256
 KINDS = ("PNG", "PPM", "JPEG", "TIFF", "BMP", "WEBP")
-# In the order of preference when several lie beside a scan: lossless first.
+# In the order of preference when several lie next to a scan: lossless first.
 SUFFIXES = (".png", ".ppm", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg", ".webp")
 
 # TIFF 6.0, section 8: numbers of the tags, and their values where white is 0 and where every colour is stored apart.
@@ -32,12 +32,19 @@ WHITE_IS_ZERO, SEPARATE, UNSIGNED = 0, 2, 1
 
 @checks_types
 def read_image(path: Path | str) -> Bytes:
-    """Read a picture file as (h, w, 3) uint8 RGB. Raises BadInput when it is missing, damaged or too large."""
+    """Read a picture file as (h, w, 3) uint8 RGB.
+
+    Raises BadInput when it is missing, damaged or too large.
+    """
     return decode_picture(read_bytes(Path(path)), str(path))
 
 
 def decode_picture(data: bytes, name: str) -> Bytes:
-    """Decode a picture to (h, w, 3) uint8 RGB; `name` denotes it in errors. Raises BadInput."""
+    """Decode a picture to (h, w, 3) uint8 RGB.
+
+    name: of the picture, in errors.
+    Raises BadInput.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of odd tags; unreadable pixels are an error all the same
         try:
@@ -62,7 +69,10 @@ def check_size(width: int, height: int, size: int, name: str) -> None:
 
 
 def _check_samples(image: Image.Image, name: str) -> None:
-    """Raise BadInput for numbers on a scale that no tag tells, and for a TIFF that Pillow puts together wrongly."""
+    """Raise BadInput for samples that cannot be read reliably.
+
+    Numbers on a scale that no tag states, and a TIFF that Pillow puts together wrongly.
+    """
     tags: Any = getattr(image, "tag_v2", {})  # of TIFF alone
     bits, kind = tags.get(BITS, (8,)), tags.get(SAMPLE_FORMAT, (UNSIGNED,))
     grey = image.format == "TIFF" and image.mode.startswith("I") and (bits, kind) != ((16,), (UNSIGNED,))
@@ -73,7 +83,10 @@ def _check_samples(image: Image.Image, name: str) -> None:
 
 
 def _rgb(image: Image.Image) -> Bytes:
-    """The picture (h, w, 3) uint8 RGB, converted in bands: Pillow's copies of the whole would take twice the memory."""
+    """Convert a picture to (h, w, 3) uint8 RGB, in bands.
+
+    Pillow's copies of the whole would take twice the memory.
+    """
     out = np.empty((image.height, image.width, 3), np.uint8)
     tags: Any = getattr(image, "tag_v2", {})
     negative = tags.get(PHOTOMETRIC) == WHITE_IS_ZERO  # Pillow turns this round in pictures of 8 bits alone
@@ -89,14 +102,17 @@ def _rgb(image: Image.Image) -> Bytes:
 
 @checks_types
 def encode_png(picture: Bytes, **chunks: Any) -> bytes:
-    """Encode (h, w, 3) uint8 RGB as PNG, without loss; chunks: what Pillow's writer of PNG takes besides."""
+    """Encode (h, w, 3) uint8 RGB as PNG, without loss.
+
+    chunks: what Pillow's writer of PNG takes in addition.
+    """
     return b"".join(png_parts(picture, **chunks))
 
 
 def adjacent_picture(path: Path) -> Bytes | None:
-    """The picture (h, w, 3) in the same folder with the name of the scan, if there is one.
+    """Return the picture in the same folder with the name of the scan.
 
-    Raises BadInput when it is damaged.
+    Returns (h, w, 3), or None. Raises BadInput when it is damaged.
     """
     names = (path.with_name(scan_stem(path) + suffix) for suffix in SUFFIXES)
     return next((read_image(name) for name in names if is_file(name)), None)

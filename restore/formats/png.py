@@ -1,9 +1,10 @@
-"""Write PNG by bands of rows, which are filtered and compressed in parallel: of a large picture a few are in memory.
+"""Write PNG by bands of rows, filtered and compressed in parallel.
 
-Every row is filtered by Paeth's predictor and compressed as runs of one byte only (Z_RLE). On pages of text and on the
-scanner's pictures that makes files as small as choosing a filter for each row, in half the processor time; compression
-by repeated strings takes four times as long for no fewer bytes. Bands are parts of one zlib stream (RFC 1950) that end
-on a byte; their number depends on the picture alone, and so does the file.
+Of a large picture a few bands are in memory. Every row is filtered by Paeth's predictor and compressed as runs of one
+byte only (Z_RLE). On pages of text and on the scanner's pictures that makes files as small as choosing a filter for
+each row, in half the processor time; compression by repeated strings takes four times as long for no fewer bytes. Bands
+are parts of one zlib stream (RFC 1950) that end on a byte; their number depends on the picture alone, and so does the
+file.
 """
 
 from __future__ import annotations
@@ -30,7 +31,10 @@ AT_ONCE = 16  # bands that are compressed before any is passed on
 
 
 def png_parts(picture: Bytes, **chunks: Any) -> Iterator[bytes]:
-    """Encode (h, w, 3) uint8 RGB as PNG: the parts of the file, in order; chunks: what Pillow's writer of PNG takes."""
+    """Encode (h, w, 3) uint8 RGB as the parts of a PNG file, in order.
+
+    chunks: what Pillow's writer of PNG takes in addition.
+    """
     height, width = picture.shape[:2]
     before, after = _other_chunks(**chunks)
     yield SIGNATURE + _chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) + before
@@ -49,7 +53,10 @@ def png_parts(picture: Bytes, **chunks: Any) -> Iterator[bytes]:
 
 
 def _compressed(picture: Bytes, start: int, stop: int) -> tuple[bytes, int, int]:
-    """Rows of a picture as a part of a zlib stream, the check sum of the filtered rows and their size in bytes."""
+    """Compress rows to a part of a zlib stream.
+
+    Also returns the check sum of the filtered rows and their size in bytes.
+    """
     above = picture[start - 1] if start else np.zeros_like(picture[0])
     own = np.ascontiguousarray(picture[start:stop]).reshape(stop - start, -1)
     filtered = np.empty((stop - start, own.shape[1] + 1), np.uint8)
@@ -62,7 +69,11 @@ def _compressed(picture: Bytes, start: int, stop: int) -> tuple[bytes, int, int]
 
 @numba.njit(cache=True, nogil=True)
 def _filter(rows: Bytes, above: Bytes, out: Bytes) -> None:
-    """Write to out (h, 3 w + 1) the rows (h, 3 w), below a row `above`, less Paeth's prediction of each byte."""
+    """Write rows less Paeth's prediction of each byte.
+
+    rows: (h, 3 w), below a row `above`.
+    out: (h, 3 w + 1), its first column the type of the filter.
+    """
     for row in range(len(rows)):
         out[row, 0] = PAETH
         here, over = rows[row], above if row == 0 else rows[row - 1]
@@ -78,14 +89,17 @@ def _filter(rows: Bytes, above: Bytes, out: Bytes) -> None:
 
 
 def _joined_sum(first: int, second: int, size: int) -> int:
-    """The Adler-32 check sum of two parts, from theirs and the size of the second in bytes."""
+    """Return the Adler-32 check sum of two parts, from theirs.
+
+    size: of the second in bytes.
+    """
     low = (first & 0xFFFF) + (second & 0xFFFF) - 1
     high = (first >> 16) + (second >> 16) + size * ((first & 0xFFFF) - 1)
     return (high % ADLER) << 16 | low % ADLER
 
 
 def _other_chunks(**chunks: Any) -> tuple[bytes, bytes]:
-    """The chunks before and behind the pixels, as Pillow writes them of a picture of one pixel."""
+    """Return the chunks before and behind the pixels, as Pillow writes them."""
     out = io.BytesIO()
     Image.new("RGB", (1, 1)).save(out, "PNG", **chunks)
     file, place = out.getvalue(), len(SIGNATURE)

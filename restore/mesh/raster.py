@@ -1,4 +1,7 @@
-"""Rasterise triangles: values given at the corners, interpolated at every pixel centre, with or without a z-buffer."""
+"""Rasterises triangles, with or without a z-buffer.
+
+Values given at the corners are interpolated at every pixel centre.
+"""
 
 from __future__ import annotations
 
@@ -25,14 +28,18 @@ def rasterise(
     *,
     first: int = 0,
 ) -> NDArray[np.float32]:
-    """Interpolate values (n, k) over triangles with corners (n, 2) = (x right, y down) in pixels, faces (m, 3).
+    """Interpolate values over triangles.
 
-    Where triangles overlap, the last one is shown; with inverse_depth (n,), 1/mm along the line of sight, the nearest
-    one (z-buffer), and none that has a corner behind the camera. Interpolation is affine in the picture: for values
-    that are affine in space interpolate them times inverse depth, and inverse depth, and divide.
-    Triangles with a corner that is farther than FARTHEST, or not finite, are not shown.
-    Returns (height, width, k) float32, NaN where no triangle lies, rows from `first` on. Pixel centres are at whole
-    numbers.
+    Where triangles overlap, the last one is shown; with inverse_depth the nearest one (z-buffer), and none that has a
+    corner behind the camera. Interpolation is affine in the image: for values that are affine in space interpolate them
+    times inverse depth, and inverse depth, and divide. Triangles with a corner that is farther than FARTHEST, or not
+    finite, are not shown.
+    corners: (n, 2) pixels, x right, y down; pixel centres are at whole numbers.
+    faces: (m, 3).
+    values: (n, k).
+    inverse_depth: (n,) 1/mm, along the line of sight.
+    first: the first row of the picture that is drawn.
+    Returns (height, width, k) float32, NaN outside all triangles.
     """
     picture = np.empty((height, width, values.shape[1]), np.float32)
     # Two extremes are cheap, and hardly ever so far out; no comparison with NaN is true.
@@ -59,10 +66,11 @@ def rasterise(
 def _bounds(
     start: float, stop: float, down: float, ux: float, uy: float, vx: float, vy: float, area: float
 ) -> tuple[float, float]:
-    """Where a row may lie in a triangle, from start to stop at most, with a pixel to spare on either side.
+    """Return where a row may lie in a triangle, with a pixel to spare.
 
-    All are from a corner of it; down: to the row. (ux, uy), (vx, vy): its sides there. The triangle is where
-    u = (x·vy − down·vx) / area and v = (down·ux − x·uy) / area are not negative, nor 1 − u − v.
+    All, and what is returned, are between start and stop and from a corner of it; down: to the row.
+    (ux, uy), (vx, vy): its sides there. The triangle is where u = (x·vy − down·vx) / area and
+    v = (down·ux − x·uy) / area are not negative, nor 1 − u − v.
     """
     sign = 1.0 if area > 0.0 else -1.0
     slack = EDGE_TOLERANCE * abs(area)
@@ -85,9 +93,9 @@ def _draw(
     corners: Floats, faces: Ints, values: Floats, inverse_depth: Floats, nearest: Floats, first: int,
     band: NDArray[np.float32],
 ) -> None:  # fmt: skip
-    """Draw a band (rows, width, k) of a picture, which is NaN, whose first row is `first`.
+    """Draw a band (rows, width, k) of a NaN picture from row `first` on.
 
-    nearest (rows, width) is the z-buffer of zeros; without rows there is none, nor inverse depths.
+    nearest: (rows, width), z-buffer of zeros; without rows neither it nor inverse depths are used.
     """
     end, width, hides = first + len(band), band.shape[1], len(nearest) > 0
     for f in range(len(faces)):

@@ -1,4 +1,4 @@
-"""A field of a data class that may be given as a function, which is called when the field is first read."""
+"""Let a field of a data class be given as a function."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Class = TypeVar("Class", bound=type)
 
 
 def given_later(name: str) -> Callable[[Class], Class]:
-    """Decorate a data class with a field of this name that may be given as a function of no arguments.
+    """Decorate a data class that has such a field of this name.
 
     >>> from dataclasses import dataclass
     >>> @given_later("value")

@@ -1,4 +1,7 @@
-"""Work in parallel threads, on bands of rows or other parts: compiled kernels release the interpreter lock."""
+"""Work in parallel threads, on bands of rows or other parts.
+
+Compiled kernels release the interpreter lock.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from functools import cache
 from itertools import pairwise
 from typing import TypeVar
 
-VARIABLE = "PLANISH_THREADS"  # set for the processes of a pool, which share the processors
+VARIABLE = "PLANISH_THREADS"  # set for the processes of a pool, which divide the processors
 MAX_THREADS = 4  # more gain little: the kernels are bound by memory bandwidth
 BANDS_A_THREAD = 2  # more than one, so that a busy core gets fewer of them
 BAND_PIXELS = 2**18  # of a band of a picture: what is computed of it on the way stays in the processor's cache
@@ -21,7 +24,10 @@ Result = TypeVar("Result")
 
 @cache
 def thread_count() -> int:
-    """Number of threads: the processors that this process may use, at most MAX_THREADS, or PLANISH_THREADS."""
+    """Return the number of threads.
+
+    The processors that this process may use, at most MAX_THREADS, or PLANISH_THREADS.
+    """
     given = os.environ.get(VARIABLE, "")
     if given.isascii() and given.isdigit() and int(given) > 0:
         return int(given)
@@ -29,8 +35,9 @@ def thread_count() -> int:
 
 
 def in_threads(work: Callable[[Part], Result], parts: Iterable[Part], count: int | None = None) -> list[Result]:
-    """The results of work(part) for all parts, in their order; once one has failed, no other is begun.
+    """Return the results of work(part) for all parts, in their order.
 
+    Once one has failed, no other is begun.
     count: number of threads, this one included; `thread_count()` by default. It does not change any result.
     """
     numbered = [*enumerate(parts)]
@@ -57,7 +64,10 @@ def in_threads(work: Callable[[Part], Result], parts: Iterable[Part], count: int
 
 
 def in_bands(work: Callable[[slice], None], rows: int, height: int | None = None) -> None:
-    """Call work(rows of a band) for all rows, in any order; bands of a given height, or a few of equal heights."""
+    """Call work(rows of a band) for all rows, in any order.
+
+    Bands have a given height, or a few have equal heights.
+    """
     count = BANDS_A_THREAD * thread_count()
     equal = [rows * k // count for k in range(count + 1)]
     edges = equal if height is None else [*range(0, rows, height), rows]
@@ -65,5 +75,8 @@ def in_bands(work: Callable[[slice], None], rows: int, height: int | None = None
 
 
 def in_picture_bands(work: Callable[[slice], None], rows: int, cols: int) -> None:
-    """Call work(rows of a band) for all rows of a picture, in bands of about BAND_PIXELS, in any order."""
+    """Call work(rows of a band) for all rows of a picture, in any order.
+
+    A band has about BAND_PIXELS.
+    """
     in_bands(work, rows, max(1, BAND_PIXELS // max(cols, 1)))

@@ -121,7 +121,10 @@ def _paint_texture(page: FlatMesh, dpi: float) -> tuple[Bytes, Mask, SourceMap, 
 
 
 def _source_rows(page: FlatMesh, dpi: float, factor: int, rows: slice) -> PageMap:
-    """Draw texture pixels (rows, w, 2) at rows of a page whose pixels have their sides divided by a factor."""
+    """Draw texture pixels (rows, w, 2) of a page with finer pixels.
+
+    factor: by which the sides of its pixels are divided.
+    """
     assert page.texcoords is not None
     return page_map(page.flat, page.faces, page.texcoords, dpi, oversampling=factor, rows=rows)
 

@@ -270,6 +270,13 @@ def test_shading_is_removed_on_request():
     assert removed.report["light"]["unevenness"] < 0.25 * removed.report["light"]["unevenness_before"]
 
 
+def test_the_light_that_is_removed_is_the_same_at_every_resolution():
+    scan = shot("curl")[0]
+    coarse, fine = (restore(scan, Settings(shading="remove", dpi=dpi)) for dpi in (40, 200))
+    assert coarse.report["light"]["removed"]
+    assert coarse.report["light"] == fine.report["light"]
+
+
 @pytest.mark.slow
 def test_bare_paper_is_made_neutral_on_request_and_the_master_keeps_its_colour():
     scan, _ = shoot(CASES["curl"].sheet, White(), seed=3, mode="fast")
