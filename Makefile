@@ -16,7 +16,7 @@ demo: system
 # The station in a browser, on the simulated scanner.
 serve: setup .venv/.extra-console $(VENDORED)
 	mkdir -p out/sessions
-	$(BIN)/planish serve out/sessions --config simulated
+	$(BIN)/planish serve out/sessions --config simulated-book
 
 PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal --durations=10
 

@@ -22,7 +22,8 @@ from oracles.tiny_scan import tiny_scan
 from restore import BadInput
 from station.archive.check import check_export
 from station.archive.check import page_of as export_page_of
-from station.archive.deliver import Format, deliver
+from station.archive.deliver import deliver
+from station.archive.formats import Format
 from station.archive.from_session import volume_of
 from station.images.image_metadata import ImageMetadata
 from station.images.png import encode_png

@@ -23,8 +23,8 @@ from bench.light_stage import Stage, mean_albedo, picture
 from bench.shading import PAGE_MM
 from drivers.simulated.scene.albedo import LINEAR, srgb
 from restore.scan import Bytes, Floats, Mask
-from restore.shading.relief import Relief, relief_of
-from restore.shading.remove import LIGHT_DPI, remove_shading
+from restore.shading.relief import Relief
+from restore.shading.remove import LIGHT_DPI, find_light
 from restore.texture.page import MM_PER_INCH
 from station.colour.lab import difference, lab_of_linear
 
@@ -39,13 +39,19 @@ SHRINK = 4  # of the pixels for a surround, whose widths are twenty of them and 
 
 @dataclass(frozen=True, eq=False)
 class Combination:
-    """A page (h, w, 3) in some light, the same in even light, where it is (h, w), where it is judged, and its shape."""
+    """A page (h, w, 3) in some light, and the same in even light.
+
+    mask, inner (h, w): where it is, and where it is judged. relief: its shape.
+    cells (r, c, 3) and on_page (r, c): the page in its light painted at LIGHT_DPI.
+    """
 
     names: tuple[str, str, str]
     seen: Bytes
     even: Bytes
     mask: Mask
     inner: Mask
+    cells: Bytes
+    on_page: Mask
     relief: Relief
 
 
@@ -58,18 +64,18 @@ def combinations(seed: int, kinds: Sequence[str], each: int) -> Iterator[Combina
             continue
         rng = np.random.default_rng([seed, number])
         stage = Stage.of(SHEETS[kind](rng))
-        relief = relief_of(stage.unrolled.fine, stage.surface.normals_on, LIGHT_DPI)
         for k in range(each):
             name, lamp = prints[(turn + number * each + k) % len(prints)], lamps[(number + k) % len(lamps)]
             image = PRINTS[name](rng, PAGE_MM)
             light, spot = LAMPS[lamp](rng)
             codes, field = stage.print(image), stage.light(light, mean_albedo(image), spot)
             bright = max(1.0, float(np.percentile(field, 99)))  # the camera's exposure spares the highlights
-            seen, mask = stage.page(picture(codes, field / bright, rng), DPI)
+            shot = picture(codes, field / bright, rng)
+            seen, mask = stage.page(shot, DPI)
             even, _ = stage.page(picture(codes, light.level / bright), DPI)
             reach = 2 * round(BORDER_MM / MM_PER_INCH * DPI) + 1
             inner = cv2.erode(mask.astype(np.uint8), np.ones((reach, reach), np.uint8), borderValue=0) > 0
-            yield Combination((kind, name, lamp), seen, even, mask, inner, relief)
+            yield Combination((kind, name, lamp), seen, even, mask, inner, *stage.page(shot, LIGHT_DPI), stage.relief)
 
 
 def colour_error(page: Bytes, even: Bytes, where: Mask) -> float:
@@ -110,7 +116,7 @@ def retinex(page: Bytes, mask: Mask) -> Bytes:
 def judged(one: Combination) -> tuple[tuple[float, ...], bool]:
     """Mean ΔE of a page with its light kept, removed, divided by its background, and by Retinex; and whether the
     removal left the light on the page."""
-    result = remove_shading(one.seen, one.mask, DPI, one.relief)
+    result = find_light(one.cells, one.on_page, one.relief).removed_from(one.seen, one.mask, DPI)
     pages = (one.seen, result.image, background_divided(one.seen, one.mask), retinex(one.seen, one.mask))
     return tuple(colour_error(page, one.even, one.inner) for page in pages), not result.report["removed"]
 

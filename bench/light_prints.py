@@ -122,6 +122,86 @@ def magazine(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
     return image
 
 
+def ledger(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
+    """Draw a tinted page of an account book, with ruled lines and red columns."""
+    paper = _tinted_paper(rng, (12, 40))
+    image = np.broadcast_to(paper, _blank(page_mm).shape).astype(float)
+    pitch, first = rng.uniform(6, 9) * MM, rng.uniform(12, 25) * MM
+    for row in np.arange(first, len(image) - 5 * MM, pitch):
+        image[round(row) : round(row) + 1] = paper * rng.uniform(0.55, 0.75)
+    for col in rng.uniform(0.1, 0.95, int(rng.integers(3, 7))) * image.shape[1]:
+        image[:, round(col) : round(col) + 2] = (170, 90, 90)
+    ink = 1 - text(rng, page_mm) / np.array(PAPER)
+    return np.asarray(np.clip(image * (1 - 0.8 * np.clip(ink, 0, 1)), 0, 255).astype(np.uint8))
+
+
+def parchment(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
+    """Brown script on cream skin that is mottled, and darker towards its edges."""
+    image = LINEAR[text(rng, page_mm)] / LINEAR[np.array(PAPER)]
+    mottled = 1 - rng.uniform(0.03, 0.12) * _cloud(rng, image.shape[:2], rng.uniform(8, 40))
+    ink = np.clip(1 - image, 0, 1) * rng.uniform(0.6, 1)
+    cream = LINEAR[np.array([rng.integers(215, 235), rng.integers(195, 215), rng.integers(150, 185)])]
+    brown = LINEAR[np.array([rng.integers(60, 100), rng.integers(40, 60), rng.integers(25, 40)])]
+    return _codes(mottled[..., None] * (cream * (1 - ink) + brown * ink))
+
+
+def rubrics(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
+    """Draw text on toned paper with lines, initials and borders in red and blue."""
+    paper = np.array(PAPER) - np.array([0, rng.integers(3, 12), rng.integers(8, 35)])
+    image = text(rng, page_mm).astype(float) * paper / PAPER
+    red, blue = (180, 40, 35), (40, 60, 140)
+    ink = np.clip(1 - image / paper, 0, 1).mean(axis=2, keepdims=True) * 1.4
+    for top in rng.uniform(0.05, 0.9, int(rng.integers(2, 6))):
+        rows = slice(round(top * len(image)), round((top + rng.uniform(0.02, 0.06)) * len(image)))
+        share = np.clip(ink[rows], 0, 1)
+        image[rows] = paper * (1 - share) + np.array(red) * share
+    for _ in range(int(rng.integers(2, 6))):
+        image[_box(rng, image.shape[:2], (0.08, 0.1))] = red if rng.random() < 0.6 else blue
+    if rng.random() < 0.5:
+        image[:, : round(rng.uniform(0.02, 0.06) * image.shape[1])] = blue
+    return np.asarray(np.clip(image, 0, 255).astype(np.uint8))
+
+
+def washes(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
+    """A map: regions in pale washes that pool at their borders, contours, and names."""
+    image = LINEAR[text(rng, page_mm)]
+    for _ in range(int(rng.integers(3, 7))):
+        field = _cloud(rng, image.shape[:2], rng.uniform(20, 70)) - rng.uniform(0.4, 0.6)
+        inside, border = field > 0, np.abs(field) < 0.012
+        colour = LINEAR[np.array(PAPER) - (rng.uniform(0, 1, 3) * 60).astype(int)] / LINEAR[np.array(PAPER)]
+        pooled = 1 - rng.uniform(0.03, 0.1) * np.exp(-np.abs(field) / 0.05)
+        image[inside] *= (colour * pooled[..., None])[inside]
+        image[border] *= 0.4
+    return _codes(image)
+
+
+def comic(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
+    """Panels of flat colours with black outlines, white gutters and balloons with text."""
+    image, words = _patches(_blank(page_mm), rng, lambda: rng.integers(60, 245, 3), 0.93), text(rng, page_mm)
+    height, width = image.shape[:2]
+    for _ in range(int(rng.integers(8, 20))):
+        field = _cloud(rng, (height, width), rng.uniform(15, 40))
+        box = _box(rng, (height, width), (0.25, 0.3))
+        image[box] = np.where((field[box] > 0.55)[..., None], rng.integers(40, 245, 3), image[box])
+        image[box] = np.where((np.abs(field[box] - 0.55) < 0.01)[..., None], 30, image[box])
+    for _ in range(int(rng.integers(3, 7))):
+        balloon = _box(rng, (height, width), (0.2, 0.12))
+        image[balloon] = words[balloon]
+    return image
+
+
+def gradients(rng: np.random.Generator, page_mm: PageSize) -> Bytes:
+    """Draw fields that run from one colour to another, some to the border."""
+    image = text(rng, page_mm).astype(float)
+    height, width = image.shape[:2]
+    if rng.random() < 0.5:
+        image *= _ramp(rng, (height, width), np.array(PAPER) - rng.uniform(0, 90, 3)) / PAPER
+    for _ in range(int(rng.integers(1, 5))):
+        box = _box(rng, (height, width), (0.6, 0.4))
+        image[box] = _ramp(rng, image[box].shape[:2], rng.uniform(40, 240, 3))
+    return np.asarray(np.clip(image, 0, 255).astype(np.uint8))
+
+
 PRINTS: dict[str, Draw] = {
     draw.__name__.replace("_", " "): draw
     for draw in (
@@ -136,12 +216,32 @@ PRINTS: dict[str, Draw] = {
         greys,
         pastels,
         magazine,
+        ledger,
+        parchment,
+        rubrics,
+        washes,
+        comic,
+        gradients,
     )
 }
 
 
 def _blank(page_mm: PageSize) -> Bytes:
     return white_paper(page_mm, DPI)
+
+
+def _tinted_paper(rng: np.random.Generator, codes: tuple[int, int]) -> Floats:
+    """Draw the codes (3,) of paper whose tint lies within `codes` of white."""
+    tint = rng.uniform(*codes) * np.array([1.0, rng.uniform(0.3, 0.6), 1.0])[:: rng.choice([-1, 1])]
+    return np.asarray(np.array(PAPER) - (tint if rng.random() < 0.6 else np.roll(tint, 1)))
+
+
+def _ramp(rng: np.random.Generator, shape: tuple[int, ...], end: Floats) -> Floats:
+    """Draw a gradient (h, w, 3) of codes that ends in the colour `end` (3,)."""
+    start = np.array(PAPER, float) if rng.random() < 0.5 else rng.uniform(40, 240, 3)
+    way = rng.normal(size=2)
+    along = sum(part * axis / n for part, axis, n in zip(way, np.indices(shape), shape, strict=True))
+    return np.asarray(start + (end - start) * ((along - along.min()) / np.ptp(along))[..., None])
 
 
 def _patches(image: Bytes, rng: np.random.Generator, colour: Callable[[], Floats], filled: float) -> Bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -33,6 +34,8 @@ from drivers.vivid900.geometry.lenses import LENSES
 from drivers.vivid900.geometry.triangulation import project, tangents
 from restore.prepared.prepared import Prepared, Unrolled
 from restore.scan import Bytes, Floats, Ints, Mask
+from restore.shading.relief import Relief, relief_of
+from restore.shading.remove import LIGHT_DPI, PageLight, find_light
 from restore.texture.page import paint_page
 from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
@@ -81,6 +84,15 @@ class Stage:
         texcoords = (fine.texcoords + 0.5) * self.finer - 0.5
         painting = paint_page(replace(fine, texture=texture, texcoords=texcoords), dpi)
         return painting.image, painting.mask
+
+    def find_light(self, texture: Bytes) -> PageLight:
+        """The light of the page in a picture of the camera."""
+        return find_light(*self.page(texture, LIGHT_DPI), self.relief)
+
+    @cached_property
+    def relief(self) -> Relief:
+        """The shape of the page over the flat page."""
+        return relief_of(self.unrolled.fine, self.surface.normals_on, LIGHT_DPI)
 
     def print(self, image: Bytes) -> Field:
         """(480, 640, 3) · finer: codes, 0 to 255, of a printed page (h, w, 3) as the camera's pixels average it."""

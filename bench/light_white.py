@@ -25,8 +25,6 @@ from bench.shading import PAGE_MM
 from drivers.simulated import Flat
 from drivers.simulated.scene.light import Light
 from restore.scan import Bytes, Floats
-from restore.shading.relief import relief_of
-from restore.shading.remove import LIGHT_DPI, remove_shading
 from restore.shading.white import balance_on_paper
 from restore.texture.page import MM_PER_INCH
 from station.colour.chart import find_chart
@@ -75,11 +73,12 @@ def errors(
     light, spot = lamp
     codes, field = stage.print(image), stage.light(light, mean_albedo(image), spot)
     bright = max(1.0, float(np.percentile(field, 99)))  # the camera's exposure spares the highlights
-    seen, mask = stage.page(picture(codes, field / bright, rng), DPI)
+    shot = picture(codes, field / bright, rng)
+    seen, mask = stage.page(shot, DPI)
     even, _ = stage.page(picture(codes, np.full(3, light.level[1] / bright)), DPI)
     reach = 2 * round(BORDER_MM / MM_PER_INCH * DPI) + 1
     inner = cv2.erode(mask.astype(np.uint8), np.ones((reach, reach), np.uint8), borderValue=0) > 0
-    kept = remove_shading(seen, mask, DPI, relief_of(stage.unrolled.fine, stage.surface.normals_on, LIGHT_DPI)).image
+    kept = stage.find_light(shot).removed_from(seen, mask, DPI).image
     balance = balance_on_paper(kept, mask, DPI)
     converted, _ = image_to_srgb(kept, chart_profile(flat, light, rng))
     found = [colour_error(page, even, inner) for page in (seen, kept, balance.image, converted)]

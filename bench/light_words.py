@@ -21,8 +21,6 @@ from bench.shading import PAGE_MM
 from bench.words import DPI, MARGIN_MM, TITLE_PT, TYPE_PT
 from drivers.simulated import Flat, Text
 from restore.scan import Bytes
-from restore.shading.relief import relief_of
-from restore.shading.remove import LIGHT_DPI, remove_shading
 from station.words.ocr_precision import count_matching_words
 from station.words.words import recognise
 
@@ -39,11 +37,11 @@ def precision(stage: Stage, flat: Stage, lamp: str, rng: np.random.Generator) ->
     light, spot = LAMPS[lamp](rng)
     codes, field = stage.print(printed.image), stage.light(light, mean_albedo(printed.image), spot)
     bright = max(1.0, float(np.percentile(field, 99)))  # the camera's exposure spares the highlights
-    kept, mask = stage.page(picture(codes, field / bright, rng), DPI)
-    relief = relief_of(stage.unrolled.fine, stage.surface.normals_on, LIGHT_DPI)
+    shot = picture(codes, field / bright, rng)
+    kept, mask = stage.page(shot, DPI)
     pages: tuple[Bytes, ...] = (
         kept,
-        remove_shading(kept, mask, DPI, relief).image,
+        stage.find_light(shot).removed_from(kept, mask, DPI).image,
         stage.page(picture(codes, light.level / bright, rng), DPI)[0],
         flat.page(picture(flat.print(printed.image), light.level / bright, rng), DPI)[0],
     )

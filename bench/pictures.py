@@ -21,8 +21,6 @@ from drivers.simulated.imaging.shot import printed
 from drivers.vivid900.geometry.lenses import LENSES
 from restore import RestoredPage, Settings, SurfaceMesh, restore
 from restore.scan import Bytes, Floats
-from restore.shading.relief import relief_of
-from restore.shading.remove import LIGHT_DPI, remove_shading
 from station.pictures.frames import Recorder, frames_sheet
 from station.pictures.panels import Panel, resize_to_fit, side_by_side
 from station.pictures.review import hatch_unseen
@@ -49,9 +47,7 @@ def shading() -> Bytes:
 def _shading_row(sheet: Spread | Crumpled, artwork: Figure | Text, name: str) -> Bytes:
     lit_case = case(sheet, artwork, DESK_LAMP)
     kept, mask = lit_case.page(lit_case.seen)
-    removed = remove_shading(
-        kept, mask, DPI, relief_of(lit_case.unrolled.fine, lit_case.surface.normals_on, LIGHT_DPI)
-    ).image
+    removed = lit_case.find_light().removed_from(kept, mask, DPI).image
     panels = ((kept, "The page with its light", f"a {name} page under a desk lamp"), (removed, "The light removed", ""))
     return side_by_side([Panel(resize_to_fit(image, height=HEIGHT, width=WIDTH), *words) for image, *words in panels])
 

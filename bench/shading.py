@@ -42,7 +42,7 @@ from restore.prepared.prepared import Prepared, Unrolled
 from restore.scan import Bytes, Floats, Mask
 from restore.settings import Settings
 from restore.shading.relief import relief_of
-from restore.shading.remove import LIGHT_DPI, remove_shading
+from restore.shading.remove import LIGHT_DPI, PageLight, find_light
 from restore.texture.page import MM_PER_INCH, paint_page
 
 SEED = 5
@@ -71,6 +71,11 @@ class Case:
         """The page (h, w, 3) painted from a picture of the camera, and where it is."""
         painting = paint_page(replace(self.unrolled.fine, texture=texture), dpi)
         return painting.image, painting.mask
+
+    def find_light(self) -> PageLight:
+        """The light of the page as it is seen."""
+        relief = relief_of(self.unrolled.fine, self.surface.normals_on, LIGHT_DPI)
+        return find_light(*self.page(self.seen, LIGHT_DPI), relief)
 
 
 def case(sheet: Sheet, artwork: Artwork, light: Light) -> Case:
@@ -118,8 +123,7 @@ def judge(lit_case: Case) -> list[float]:
     evened paper is off, as a share."""
     kept, mask = lit_case.page(lit_case.seen)
     even, noisy = lit_case.page(lit_case.even)[0], lit_case.page(lit_case.even_noisy)[0]
-    relief = relief_of(lit_case.unrolled.fine, lit_case.surface.normals_on, LIGHT_DPI)
-    removed = remove_shading(kept, mask, DPI, relief).image
+    removed = lit_case.find_light().removed_from(kept, mask, DPI).image
     paper, ink = areas(even, mask, DPI)
     levels = [brightness(page, paper) / brightness(even, paper) for page in (kept, removed, noisy)]
     truths = [exposed(even, level) for level in levels]
@@ -182,7 +186,7 @@ def a4_seconds() -> float:
     image, mask = lit_case.page(lit_case.seen, dpi)
 
     def run() -> None:
-        remove_shading(image, mask, dpi, relief_of(lit_case.unrolled.fine, lit_case.surface.normals_on, LIGHT_DPI))
+        lit_case.find_light().removed_from(image, mask, dpi)
 
     return median_seconds(run)
 

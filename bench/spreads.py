@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
+from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
 
 from drivers.scanner import SettingsError
 from drivers.simulated import Truth, shoot
+from oracles.leaf_sides import boxes_cut, inner_edge, printed_boxes
 from oracles.openings import Drawn, draw_opening, draw_other
-from restore import LayoutFinding, RangeScan, Settings, find_layout, restore_leaves
+from restore import LayoutFinding, RangeScan, RestoredPage, Settings, find_layout, restore_leaves
 from restore.scan import Floats
 
 PLATES = 5  # every fifth opening has one
@@ -47,8 +49,9 @@ def main(count: int, seed: int, mode: Literal["fast", "fine"]) -> None:
                 spines.append(_spine_error(finding, scan, truth, drawn.spine_mm))
                 line += f" spine {spines[-1]:+.2f} mm"
             if finding.advice == "split" and drawn.spine_mm is not None:
-                widths += _width_errors(scan, drawn)
-                cut += _words_cut(truth, drawn.spine_mm + spines[-1])
+                leaves = restore_leaves(scan, SETTINGS, layout="split").parts
+                widths += _width_errors(leaves, drawn)
+                cut += words_cut(leaves, scan, truth)
                 line += f" widths {widths[-2]:+.2f} {widths[-1]:+.2f} mm"
             print(line, flush=True)
     for kind, advice in counts.items():
@@ -78,18 +81,18 @@ def _spine_error(finding: LayoutFinding, scan: RangeScan, truth: Truth, spine_mm
     return float(np.median(errors))
 
 
-def _words_cut(truth: Truth, place_mm: float) -> int:
-    """How many words, or fields of a picture, a cut at a place of the page goes through."""
-    boxes = [*(word.box for word in truth.words), *truth.printed.patches.values()]
-    return sum(box[0] < place_mm < box[2] for box in boxes)
+def words_cut(leaves: Mapping[str, RestoredPage], scan: RangeScan, truth: Truth) -> int:
+    """Return how many words, and fields of a picture, are whole on neither leaf."""
+    edges = {side: inner_edge(page, scan, truth, side) for side, page in leaves.items() if side != "page"}
+    return boxes_cut(printed_boxes(truth.printed), edges)
 
 
-def _width_errors(scan: RangeScan, drawn: Drawn) -> list[float]:
+def _width_errors(leaves: Mapping[str, RestoredPage], drawn: Drawn) -> list[float]:
     """Errors of the widths of both leaves, mm, without the strip of the facing page."""
     assert drawn.spine_mm is not None
     true = {"left": drawn.spine_mm, "right": drawn.page_mm[0] - drawn.spine_mm}
-    pages = restore_leaves(scan, SETTINGS, layout="split").parts
-    return [float(pages[side].report.get("leaf_mm", pages[side].report["page_mm"])[0] - true[side]) for side in true]
+    reports = {side: leaves[side].report for side in true}
+    return [float(reports[side].get("leaf_mm", reports[side]["page_mm"])[0] - true[side]) for side in true]
 
 
 if __name__ == "__main__":

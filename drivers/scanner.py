@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
-from typing import TYPE_CHECKING, Literal, Protocol, Self
+from typing import TYPE_CHECKING, Literal, Protocol, Self, runtime_checkable
 
 if TYPE_CHECKING:  # the library takes seconds to import, and every command reports its errors by this module
     from restore.scan import RangeScan
@@ -112,3 +112,15 @@ class Scanner(Protocol):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None: ...
+
+
+@runtime_checkable
+class Turner(Protocol):
+    """Turns leaves: of a scanner with a robot. Without one the operator turns them."""
+
+    def turn_to(self, opening: int, attempt: int) -> None:
+        """Turn the leaves until an opening of the volume, counted from 0, lies before the scanner.
+
+        attempt: how often it was captured before. Turning to where it lies does nothing. Raises ScannerError.
+        """
+        ...

@@ -98,6 +98,9 @@ KEYS: Mapping[str, Key] = {
     "sheet": Key("table", "", "which sheet of a scan the page is", "station/run/pieces.py"),
     "of": Key("number", "", "how many sheets the scan has", "station/run/pieces.py"),
     "part": Key("text", "", "leaf of an opened book: left, right, or page for the whole", "restore/layout/leaves.py"),
+    "parts": Key(
+        "table", "", "leaves of an opened book, each with its report or its corrections", "station/session/stages.py"
+    ),
     "layout": Key(
         "table|text", "", "layout of a scan as it was found, or as it is requested", "restore/layout/leaves.py"
     ),
@@ -182,7 +185,12 @@ KEYS: Mapping[str, Key] = {
     "unchecked": Key("[text]", "", "checks that the command profile does not allow", CAMERA),
     "time": Key("text", "ISO 8601, UTC", "when it was made", CAMERA),
     "super_resolution": Key("table", "", "how captures were combined", "restore/texture/super_resolution.py"),
-    "captures": Key("number", "", "captures that were combined", "restore/texture/super_resolution.py"),
+    "captures": Key(
+        "number|[number]|text",
+        "",
+        "captures that were combined; of a rule the events of its scans, or all",
+        "restore/texture/super_resolution.py",
+    ),
     "factor": Key("number", "1", "pixels per source pixel along a side", "restore/texture/super_resolution.py"),
     "shifts_px": Key("[list]", "pixels", "shift of each capture", "restore/texture/super_resolution.py"),
     "turntable": Key("table", "", "turntable: its configuration, or angle and axis of a view", CONFIG),
@@ -205,7 +213,7 @@ KEYS: Mapping[str, Key] = {
     # Events of a session
     "number": Key("number", "", "running number of an event, or of a sheet", EVENTS),
     "page": Key("number", "", "running number of the page, 0 for the volume", EVENTS),
-    "kind": Key("text", "", "session, capture, stage, decision or move", EVENTS),
+    "kind": Key("text", "", "of an event: session, capture, stage, decision or move; of a page: what it shows", EVENTS),
     "slot": Key("text", "", "the pointer that the event sets", EVENTS),
     "parent": Key("number|null", "", "the event that the pointer named before", EVENTS),
     "software": Key("text", "", "name and version of the program", EVENTS),
@@ -223,6 +231,14 @@ KEYS: Mapping[str, Key] = {
     "title": Key("text", "", "title of the volume", VOLUME),
     "project": Key("text", "", "collection or order", VOLUME),
     "organisation": Key("text", "", "institution that holds the volume", VOLUME),
+    "scope": Key("table", "", "pages of a rule", "station/session/rules.py"),
+    "future": Key("flag", "", "whether a rule is also on later pages", "station/session/rules.py"),
+    "side": Key("text", "", "side of a leaf, or of the parts of a rule", "station/session/rules.py"),
+    "style": Key("text", "", "style of a run of labels", "station/session/labelling.py"),
+    "prefix": Key("text", "", "before each number of a run", "station/session/labelling.py"),
+    "suffix": Key("text", "", "after each number of a run", "station/session/labelling.py"),
+    "bracket": Key("flag", "", "whether the numbers of a run are inferred", "station/session/labelling.py"),
+    "counted": Key("flag", "", "whether the leaves of a run have labels", "station/session/labelling.py"),
     "preset": Key("text", "", "name of the preset", VOLUME),
     "preset_values": Key("table", "", "the preset as it was at the beginning", VOLUME),
     "station": Key("text", "", "configuration of the station", VOLUME),

@@ -15,6 +15,7 @@ from drivers.simulated import (
     Cone,
     Crumpled,
     Curl,
+    Engraving,
     Facing,
     Figure,
     Flat,
@@ -144,7 +145,8 @@ def draw_opening(seed: int, family: str | None = None, *, plate: bool = False) -
     margin, columns = float(random.uniform(6, 16)), int(random.integers(1, 3))
     art: Artwork = Facing(left, right, left_mm=spine, margin_mm=margin, columns=columns, seed=seed)
     if plate:
-        art = (Figure(), Text(seed=seed, title_pt=18.0, sizes_pt=(12.0,)), Text(seed=seed, columns=2))[seed % 3]
+        lines = Text(seed=seed, title_pt=18.0, sizes_pt=(12.0,))
+        art = (Figure(), lines, Engraving(seed=seed), Text(seed=seed, columns=2))[seed // len(OPENINGS) % 4]
     return Drawn(family, OPENINGS[family](random, offset), art, (width, height), _pose(random), spine, plate)
 
 

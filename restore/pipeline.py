@@ -1,11 +1,14 @@
-"""One scan, from the range grid to the page: prepare → unroll (decimate, flatten, refine) → texture → shade."""
+"""One scan, from the range grid to the page.
+
+The stages: prepare → unroll (decimate, flatten, refine) → texture → shade.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from restore.calibration import describe_calibration, size_interval
 from restore.findings import Finding
@@ -20,14 +23,15 @@ from restore.photo import (
     remove_registered_shading,
 )
 from restore.prepared.prepare import prepare
+from restore.prepared.prepared import Prepared
 from restore.report import describe, findings_of_page
 from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
-from restore.shading.relief import NormalsOn, relief_of
+from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI
 from restore.shading.white import balance_on_paper
-from restore.texture.coverage import cover, hole_findings, seen_part
+from restore.texture.coverage import Coverage, cover, hole_findings, seen_part
 from restore.texture.inpaint import blank_hidden, inpaint_hidden
 from restore.texture.occlusion import mirror_findings
 from restore.texture.page import Painting
@@ -51,10 +55,10 @@ def restore(
 
     scan: one that `load_scan` or a scanner gave, or a sheet that `separate_sheets` found in one.
     photos: photographs of the same page by any camera, (h, w, 3) uint8 RGB or as `read_photographs` gives them. The
-    page is painted from those whose registration to the scan is certain; the report lists all.
-    progress(stage, fraction done) is called at the start and end of each stage;
-    on_step(step, positions (n, 3) mm, faces (m, 3)) after every time step of the flattening.
-    Raises NotEnoughSurface when there is no page in the scan, BadInput when the scan cannot be used.
+        page is textured from those that are registered reliably to the scan; the report lists all.
+    progress: called as progress(stage, fraction done) at the start and end of each stage.
+    on_step: called as on_step(step, positions (n, 3) mm, faces (m, 3)) after every time step of the flattening.
+    Raises NotEnoughSurface when the scan shows no page, BadInput when it cannot be used.
 
     >>> from drivers.simulated import Curl, shoot
     >>> scan, truth = shoot(Curl(), mode="fast", page_mm=(200.0, 150.0))
@@ -74,13 +78,10 @@ def restore(
         with clock("register"):
             registered = register_photographs(fine, photos)
     with clock("texture"):
-        painted, photo_report = paint_registered(fine, registered, dpi)
-        kinds = prepared.kinds_on(fine, painted.mask, dpi)
-        camera_centre, one_shot = prepared.camera_centre(fine), prepared.is_one_shot
-        coverage = cover(fine, painted, kinds, camera_centre, dpi, may_be_cut=one_shot)
+        painted, photo_report, kinds, coverage = _paint(prepared, fine, registered, dpi)
         painting = seen_part(painted, coverage)
     with clock("shade"):
-        shaded = shade(fine, painting, registered, prepared.normals_on, settings)
+        shaded = _shade(prepared, fine, painting, registered, settings)
         image = blank_hidden(shaded.image, coverage)
         image, coverage = inpaint_hidden(image, coverage, dpi, settings.inpaint_mm)
     report = describe(prepared, unrolled, painting, settings) | shaded.report
@@ -115,7 +116,7 @@ def restore(
         coverage.mask,
         unrolled.coarse,
         report,
-        painting.source,
+        cast(Any, painting.source.whole),  # drawn when it is read
         fine,
         painting.image,
         coverage.seen,
@@ -126,34 +127,58 @@ def restore(
 
 
 def leaf_fields(report: Mapping[str, Any]) -> dict[str, Any]:
-    """The size of a leaf of an opened book without the strip of the facing page; empty for any other page."""
+    """Return the size of a leaf without the strip of the facing page.
+
+    Empty for a page that is not a leaf of an opened book.
+    """
     facing = report["coverage"]["facing"]
     width, height = report["page_mm"]
     return {"leaf_mm": [width * (1.0 - facing), height]} if facing else {}
 
 
+class Painted(NamedTuple):
+    """A page painted at some resolution, the reports on its photographs, and how its shape is known there."""
+
+    painting: Painting
+    photos: list[dict[str, Any]]
+    kinds: Bytes
+    coverage: Coverage
+
+
+def _paint(prepared: Prepared, fine: FlatMesh, registered: Sequence[Registered], dpi: float) -> Painted:
+    """The page at `dpi`, and what of it the camera saw."""
+    painting, photos = paint_registered(fine, registered, dpi)
+    kinds = prepared.kinds_on(fine, painting.mask, dpi)
+    centre, one_shot = prepared.camera_centre(fine), prepared.is_one_shot
+    return Painted(painting, photos, kinds, cover(fine, painting, kinds, centre, dpi, may_be_cut=one_shot))
+
+
 class Shaded(NamedTuple):
-    """A page (h, w, 3) in the light and colours that the settings ask for, with fields of the report and findings."""
+    """Page (h, w, 3) in the light and colours that the settings ask for.
+
+    With fields of the report and findings.
+    """
 
     image: Bytes
     report: dict[str, Any]
     findings: tuple[Finding, ...]
 
 
-def shade(
-    fine: FlatMesh,
-    painting: Painting,
-    registered: Sequence[Registered],
-    normals_on: NormalsOn,
-    settings: Settings,
+def _shade(
+    prepared: Prepared, fine: FlatMesh, painting: Painting, registered: Sequence[Registered], settings: Settings
 ) -> Shaded:
-    """The painted page without its light and the lamp's colour, as far as settings and page allow."""
+    """Remove the light and the lamp's colour from a textured page.
+
+    As far as settings and page allow.
+    """
     image, mask, dpi = painting.image, painting.mask, settings.dpi
     light: Mapping[str, Any] = {}
     white: Mapping[str, Any] = {"setting": "keep"}
     if fine.texture is not None and settings.shading != "keep":
-        relief = relief_of(fine, normals_on, min(LIGHT_DPI, dpi))
-        removed = remove_registered_shading(fine, registered, dpi, relief, image, mask)
+        relief = relief_of(fine, prepared.normals_on, LIGHT_DPI)
+        painted = _paint(prepared, fine, registered, LIGHT_DPI)
+        cells = seen_part(painted.painting, painted.coverage)
+        removed = remove_registered_shading(fine, registered, relief, cells, painting, dpi)
         image, light = removed.image, removed.report
     if fine.texture is not None and settings.white_balance != "keep":
         balanced = balance_on_paper(image, mask, dpi)

@@ -31,6 +31,7 @@ CALLED_BY_OTHERS = {
     "restore.turntable.view",
     "station.colour.run",
     "station.commands.devices",
+    "station.commands.export",
 }
 
 

@@ -17,7 +17,8 @@ import numpy as np
 from oracles.tiny_scan import tiny_scan
 from restore import save_scan
 from station.archive.check import check_export
-from station.archive.deliver import Format, deliver
+from station.archive.deliver import deliver
+from station.archive.formats import Format
 from station.archive.from_session import volume_of
 from station.batch.runner import REPORT, run_batch
 from station.batch.sessions import SessionDone, SessionTask
@@ -26,7 +27,8 @@ from station.session import Volume, Writer, add_scan, create_session, decide, op
 from station.session import record_run as record
 from station.session.adding import add_original
 from station.session.index import IndexUnusable, entries_of, reindex, sessions, update
-from station.session.stages import PAGE, RESTORE, Run
+from station.session.parts import RESTORE
+from station.session.stages import PAGE, Run
 from station.session.verify import verify
 from station.verdict.same_page import fingerprint
 from station.workers.executors import Workers

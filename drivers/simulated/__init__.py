@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from drivers.simulated.imaging.shot import Truth, shoot
 from drivers.simulated.scanner import Rig, connect, connect_turntable, open_link, rig
-from drivers.simulated.scene.artwork import Chart, Facing, Figure, Leather, Markers, Text, White
+from drivers.simulated.scene.artwork import Chart, Engraving, Facing, Figure, Leather, Markers, Text, White
 from drivers.simulated.scene.scene import Pose
 from drivers.simulated.scene.sheets import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Opening, Spread, Wave
 
@@ -18,6 +18,7 @@ __all__ = [
     "Cone",
     "Crumpled",
     "Curl",
+    "Engraving",
     "Facing",
     "Figure",
     "Flat",

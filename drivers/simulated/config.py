@@ -42,6 +42,25 @@ class SceneConfig(BaseModel):
         return _named(SHEETS, self.sheet, "scanner.scene.sheet"), _named(ARTWORK, self.artwork, "scanner.scene.artwork")
 
 
+Kind = Literal["spread", "blank", "plate", "leaf", "foldout", "cover"]
+FirstShot = Literal["good", "not turned", "out of focus"]
+
+
+class OpeningConfig(SceneConfig):
+    """One of `[[scanner.book]]`: an opening to which the leaves can be turned.
+
+    lies        what lies there, in words.
+    kind        of it; `blank` for an opening without print.
+    labels      of its leaf sides, left to right; those that are not numbered have none.
+    first_shot  what happens at the first capture; the later ones are good. `not turned`: it shows the opening before.
+    """
+
+    lies: str = ""
+    kind: Kind = "spread"
+    labels: tuple[str, ...] = ()
+    first_shot: FirstShot = "good"
+
+
 class ScannerConfig(BaseModel):
     """The table `[scanner]`. `distance_mm` is where the page lies, and where the scanner focuses by itself.
 
@@ -50,6 +69,7 @@ class ScannerConfig(BaseModel):
     body         calibration file of the simulated body's true geometry, which the driver does not know.
     nudge_px     largest displacement of the page between captures, in pixels of the colour image; none on a rotary
                  stage.
+    book         the openings of a volume whose leaves are turned, in place of the one `scene`.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -63,6 +83,7 @@ class ScannerConfig(BaseModel):
     body: str | None = None
     nudge_px: Annotated[float, Field(ge=0, le=50)] = 0.0
     scene: SceneConfig = SceneConfig()
+    book: tuple[OpeningConfig, ...] = ()
 
 
 def _parameters(kind: Any) -> list[str]:
@@ -75,6 +96,7 @@ SETTINGS: dict[tuple[int | str, ...], list[str]] = {
     ("scene", "pose"): _parameters(Pose),
     ("scene", "light"): _parameters(Light),
     ("scene", "axle"): _parameters(Axle),
+    ("book",): list(OpeningConfig.model_fields),
 }
 """Where in the table → the settings that there may be."""
 
@@ -84,7 +106,7 @@ def read(config: Mapping[str, Any]) -> ScannerConfig:
     try:
         return ScannerConfig.model_validate(dict(config))
     except ValidationError as error:
-        place = error.errors()[0]["loc"]
+        place = tuple(name for name in error.errors()[0]["loc"] if isinstance(name, str))
         known = next(SETTINGS[place[:i]] for i in range(len(place) - 1, -1, -1) if place[:i] in SETTINGS)
         raise _refusal(error, "scanner", known) from error
 

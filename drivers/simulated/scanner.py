@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 from drivers.scanner import SettingsError
 from drivers.scsi.in_process import InProcess
 from drivers.simulated import config as settings_table
+from drivers.simulated.book import BookScanner, LeavesSensor, Presented
 from drivers.simulated.config import ScannerConfig
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
@@ -43,7 +45,7 @@ class Rig:
 
     device: SimulatedDevice
     clock: VirtualClock
-    sensor: MovedSensor
+    sensor: MovedSensor | LeavesSensor
 
 
 def _still() -> float:
@@ -63,29 +65,33 @@ def rig(
     virtual, body = VirtualClock(), _body(wanted)
     pixel_mm = (wanted.distance_mm + body.pupil_mm) / body.focal_px
     page_nudge = PageNudge(wanted.nudge_px * pixel_mm, seed=wanted.seed)
-    sensor = _sensor(wanted, body, lambda: Displacement(angle(), page_nudge.moved_mm))
+    look = partial(_sensor, wanted, body, lambda: Displacement(angle(), page_nudge.moved_mm))
+    sensor = LeavesSensor(wanted.book, look) if wanted.book else look(Presented(wanted.scene))
     lens = Lens(wanted.lens, LENS_SERIALS[wanted.lens], sensor)
     device = SimulatedDevice(lens, load_profile(wanted.profile), clock or virtual, parked=page_nudge.nudge)
     return Rig(device, virtual, sensor)
 
 
-def _sensor(wanted: ScannerConfig, body: Calibration, place: Callable[[], Displacement]) -> MovedSensor:
-    sheet, artwork = wanted.scene.build()
+def _sensor(
+    wanted: ScannerConfig, body: Calibration, place: Callable[[], Displacement], shown: Presented
+) -> MovedSensor:
+    seen = shown.scene
+    sheet, artwork = seen.build()
     scene = place_sheet(
         sheet,
-        printed(artwork, wanted.scene.page_mm),
+        printed(artwork, seen.page_mm),
         depth_mm=wanted.distance_mm + body.pupil_mm,
-        pose=wanted.scene.pose,
-        table=wanted.scene.table,
-        gap_mm=wanted.scene.gap_mm,
-        light=wanted.scene.light,
+        pose=seen.pose,
+        table=seen.table,
+        gap_mm=seen.gap_mm,
+        light=seen.light,
     )
-    contrast = artwork.name not in BLANK
+    look: dict[str, Any] = {"contrast": artwork.name not in BLANK, "blur_px": shown.blur_px}
 
     def at(place: Displacement) -> SceneSensor:
-        seen = scene.turned(place.turned_deg, wanted.scene.axle) if place.turned_deg else scene
-        seen = seen.moved(np.array([*place.moved_mm, 0.0])) if any(place.moved_mm) else seen
-        return SceneSensor(seen, body, wanted.distance_mm, seed=wanted.seed, contrast=contrast)
+        moved = scene.turned(place.turned_deg, seen.axle) if place.turned_deg else scene
+        moved = moved.moved(np.array([*place.moved_mm, 0.0])) if any(place.moved_mm) else moved
+        return SceneSensor(moved, body, wanted.distance_mm, seed=wanted.seed + shown.seed, **look)
 
     return MovedSensor(at, place)
 
@@ -101,7 +107,7 @@ def _body(wanted: ScannerConfig) -> Calibration:
 
 
 def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Vivid900:
-    """The scanner that the `[scanner]` table of a station configuration describes.
+    """Open the scanner of the `[scanner]` table of a configuration; with a book, a Turner.
 
     now  clock for the time noted with each scan.
     Raises SettingsError when a setting is not known or not possible.
@@ -137,7 +143,12 @@ def connect_turntable(
 def _open_camera(setup: Rig, config: Mapping[str, Any], now: Callable[[], datetime]) -> Vivid900:
     calibration = config.get("calibration")
     known = calibrations(None if calibration is None else Path(calibration), lens=setup.device.lens.name)
-    return Vivid900(_link(setup), setup.device.profile, known, now=now)
+    parts = _link(setup), setup.device.profile, known
+    if not isinstance(setup.sensor, LeavesSensor):
+        return Vivid900(*parts, now=now)
+    scanner = BookScanner(*parts, now=now)
+    scanner.leaves = setup.sensor
+    return scanner
 
 
 def _link(setup: Rig) -> Link:

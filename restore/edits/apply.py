@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from restore.edits.model import PageEdits, PartEdits
+from restore.edits.model import WHOLE, PageEdits, PartEdits
 from restore.edits.polygons import checked_polygon, inside_polygon, within_image
 from restore.errors import BadInput, NotEnoughSurface
+from restore.findings import Finding
 from restore.layout.crease import Crease
 from restore.layout.find import Inspected, inspect, untimed
 from restore.layout.finding import BookPrior
@@ -51,17 +52,23 @@ def edited_leaves(inspected: Inspected, edits: PageEdits) -> Leaves:
 
     Raises BadInput for corrections that do not fit the scan, NotEnoughSurface where they leave too little of a page.
     """
-    layout = edits.layout
+    layout = "whole" if edits.layout == "auto" and edits.kind in WHOLE else edits.layout
     if edits.spine is not None:
         inspected = replace(inspected, crease=_drawn_spine(inspected, edits.spine))
         layout = "split" if layout == "auto" else layout
     leaves = leaves_of(inspected, layout, edits.overlap_mm)
-    unknown = [name for name in edits.parts if name not in leaves.parts]
-    if unknown:
-        parts = ", ".join(leaves.parts)
-        raise BadInput(f"the corrections are of the part {unknown[0]!r}, and the scan gives {parts}", "set its layout")
     corrected = {name: _corrected(inspected, sheet, edits.part(name)) for name, sheet in leaves.parts.items()}
-    return replace(leaves, parts=corrected)
+    return replace(leaves, parts=corrected, findings=leaves.findings + _unused(edits, list(corrected)))
+
+
+def _unused(edits: PageEdits, parts: list[str]) -> tuple[Finding, ...]:
+    """Report each part that is corrected and that the scan does not give.
+
+    One with the corrections of another part is not reported.
+    """
+    used = [edits.part(name) for name in parts]
+    names = [name for name, part in edits.parts.items() if name not in parts and part not in [PartEdits(), *used]]
+    return tuple(Finding.of("part_not_found", part=name, parts=", ".join(parts)) for name in names)
 
 
 def _drawn_spine(inspected: Inspected, points: tuple[tuple[float, float], ...]) -> Crease:

@@ -14,10 +14,12 @@ from restore.settings import Settings
 FORMAT, VERSION = "planish-edits", 1
 MAX_BYTES = 48 * 1024  # of a file: the web interface takes bodies of 64 KiB
 MAX_POINTS = 2000  # in all: no outline drawn by hand has more
-HINT = "see docs/how-to/opened-books.md for the fields, or restore without it: --no-edits"
+HINT = "see docs/how-to/opened-books.md for the fields"
 
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
 Point = tuple[Coordinate, Coordinate]
+Kind = Literal["leaf", "spread", "plate", "cover", "foldout", "insert", "target", "blank"]
+WHOLE: frozenset[Kind] = frozenset({"plate", "cover", "foldout", "insert", "target"})  # kinds that are never split
 Polygon = Annotated[tuple[Point, ...], Field(min_length=3, max_length=200)]
 STRICT = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
@@ -90,6 +92,7 @@ class PageEdits(BaseModel):
     """The corrections of one capture.
 
     scan        `sha512:…` of the file that they were made on; None for any.
+    kind        what the scan shows; only a spread or a leaf can be split by itself.
     layout      auto, split, whole, left or right; the last two keep that leaf only.
     spine       points from head to tail in pixels of the image; None as found.
     overlap_mm  of the facing page, kept next to the spine.
@@ -104,7 +107,7 @@ class PageEdits(BaseModel):
     version: Literal[1] = 1
     scan: Annotated[str, Field(pattern=r"^sha512:[0-9a-f]{128}$")] | None = None
     frame: Literal["picture"] = "picture"
-    kind: Literal["leaf", "spread", "plate", "cover", "foldout", "insert", "target", "blank"] | None = None
+    kind: Kind | None = None
     layout: Literal["auto", "split", "whole", "left", "right"] = "auto"
     spine: Annotated[tuple[Point, ...], Field(min_length=2, max_length=16)] | None = None
     overlap_mm: Annotated[float, Field(ge=0, le=10)] = 1.0
@@ -125,9 +128,32 @@ class PageEdits(BaseModel):
         """The corrections as JSON with sorted keys and points to a hundredth: equal ones have equal bytes."""
         return json.dumps(_rounded(self.model_dump(mode="json")), sort_keys=True, separators=(",", ":")).encode()
 
+    def given(self) -> dict[str, Any]:
+        """The fields that were given, as JSON values with points to a hundredth.
+
+        >>> PageEdits(layout="auto", parts={"page": PartEdits(rotate_deg=0.456)}).given()
+        {'layout': 'auto', 'parts': {'page': {'rotate_deg': 0.46}}}
+        """
+        return dict(_rounded(self.model_dump(mode="json", exclude_unset=True)))
+
+    def of_image(self) -> dict[str, Any]:
+        """Return what of the corrections changes the image, as JSON values.
+
+        >>> PageEdits(note="later", by=By(operator="A. B."), parts={"page": PartEdits(label="7")}).of_image()
+        {}
+        """
+        table = _rounded(self.model_dump(mode="json", exclude_defaults=True))
+        parts = {name: _without(part, "label") for name, part in table.pop("parts", {}).items()}
+        parts = {name: part for name, part in parts.items() if part}
+        return _without(table, "scan", "note", "by") | ({"parts": parts} if parts else {})
+
     def part(self, name: str) -> PartEdits:
         """The corrections of a part; none for one that has none."""
         return dict(self.parts).get(name, PartEdits())  # type: ignore[call-overload]
+
+
+def _without(table: Mapping[str, Any], *names: str) -> dict[str, Any]:
+    return {name: value for name, value in table.items() if name not in names}
 
 
 def _rounded(value: Any) -> Any:

@@ -1,6 +1,7 @@
-"""Lamps, far or near, and ambient light, estimated from the picture of the page that they light.
+"""Estimates lamps, far or near, and ambient light.
 
-Bare paper gives back light in all directions alike (Lambert), so its brightness over the surface is the light's.
+They are estimated from the picture of the page that they light. Bare paper reflects light in all directions alike
+(Lambert), so its brightness over the surface is the light's.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from functools import cached_property
 import numba
 import numpy as np
 
-from restore.numerics.limits import SMALL
+from restore.numerics.limits import SMALL, TINY
 from restore.numerics.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 from restore.shading.light import ROOM, Light, Terms
@@ -24,22 +25,23 @@ SAMPLES = 1000  # of bare paper: thirteen unknowns, and lamps must be tried in h
 AZIMUTHS, POLARS = 12, np.radians([25.0, 45.0, 65.0])
 FIRST_NEARNESS = 7e-4  # per mm: between a desk lamp and a far one
 SIMPLEX = (0.15, 0.12, 5e-4)  # first steps of the search: radians, radians, per mm
-PROMISING = 0.995  # the first guess at a lamp must bring the deviation down to this share: no worse one ends well
-WORTH = 0.85  # a lamp must bring the deviation down to this share, or it explains figures and noise
+PROMISING = 0.995  # the first guess at a lamp must bring the deviation down to this fraction: no worse one ends well
+WORTH = 0.85  # a lamp must bring the deviation down to this fraction, or it explains figures and noise
 EVEN = 0.005  # of the light: less than the noise of a cell; what is that even needs no lamp to explain it
-RIDGE = 1e-5  # of the mean: a flat page tells lamp and room not apart, and none of them may grow without end
+RIDGE = 1e-5  # of the mean: a flat page does not separate lamp and room, and none of them may grow without end
+ONE_SIDED = 0.5  # of the room's light, over its slope: the quarter and the half of a light from one side
 CLOSEST_MM = 200.0  # no lamp stands nearer: the page would not fit under it
-ABOVE = 20.0  # nothing is brighter than bare paper: what lies above a first guess of its light weighs so much more
+ABOVE = 20.0  # nothing is brighter than bare paper: what lies above a first guess of its light weighs more by this
 OUTLYING = 3.0  # robust deviations: places farther off count as ink, figure or gloss
 DOUBTED = 0.1  # weight of a place that may be ink, in the judgement of lamps
 # Of the light: no narrower is the robust deviation taken, before all lamps are found and after.
 FLOOR, LAST_FLOOR = 0.04, 0.01
 ROUNDS = 5
 TRIALS = 120  # of the search that refines one lamp: it ends within half a degree
-FIRST_TRIALS = 30  # from each height at first: enough to tell them apart
+FIRST_TRIALS = 30  # from each height at first: enough to distinguish them
 # Of the search for lamps whose place is nearly known: two degrees twice, and a seventh of the first guess.
 NEAR_SIMPLEX, NEAR_TRIALS = (0.03, 0.03, 1e-4), 100
-REFLECTANCES = (0.0, 0.7)  # of a dark page, and of paper with print on it, before the page tells
+REFLECTANCES = (0.0, 0.7)  # of a dark page, and of paper with print on it, before the page is known
 REFLECTED = 0.2  # first step of the search for it
 
 
@@ -79,9 +81,11 @@ def fit_light(colour: Field, places: Places, surroundings: Surroundings, labels:
 
 
 def refit_light(light: Light, colour: Field, places: Places) -> Light:
-    """A light fitted anew to the linear colour (n, 3) of places of bare paper, its lamps near to where they are.
+    """Fit a light again to places of bare paper.
 
-    It is returned as it is when a lamp would have to take light away from these places: they show print.
+    Its lamps stay near to where they are. It is returned as it is when a lamp would have to remove light from these
+    places: they show print.
+    colour: (n, 3), linear.
     """
     brightness, terms = colour.mean(axis=1).astype(float), Terms(places, light.surroundings, light.middle)
     guess = _Guess(light.lamps, light.reflectance)
@@ -96,7 +100,11 @@ def refit_light(light: Light, colour: Field, places: Places) -> Light:
 
 
 def _light_of(guess: _Guess, fit: _Fit, colour: Field) -> Light:
-    """The light of lamps and room that explains the linear colour (n, 3) of most places of a fit."""
+    """Return the light that explains most places of a fit.
+
+    It consists of lamps and room.
+    colour: (n, 3), linear.
+    """
     fit = fit.reweighted(guess, LAST_FLOOR)
     channels = (replace(fit, brightness=colour[:, k].astype(float)) for k in range(3))
     strengths = np.stack([channel.strengths(guess) for channel in channels], axis=1)
@@ -104,9 +112,10 @@ def _light_of(guess: _Guess, fit: _Fit, colour: Field) -> Light:
 
 
 def _first_guess(brightness: Floats, places: Places) -> Floats:
-    """(n,) 1 for what may be bare paper: near the upper side of a light that varies slowly over page and slopes.
+    """Return 1 for places that may be bare paper, (n,).
 
-    Asymmetric least squares (Newey & Powell, Econometrica 55(4), 1987): ink only darkens.
+    They are near the upper side of a light that varies slowly over page and slopes: asymmetric least squares (Newey &
+    Powell, Econometrica 55(4), 1987), because ink only darkens.
     """
     reach = np.maximum(np.abs(places.points).max(axis=0), 1.0)
     x, y, _ = (places.points / reach).T.astype(float)
@@ -119,7 +128,10 @@ def _first_guess(brightness: Floats, places: Places) -> Floats:
 
 
 def _inlier_weights(rest: Floats, known: Mask, floor: float) -> Floats:
-    """(n,) 1 where what is left of the brightness lies with most of the known places, 0 elsewhere."""
+    """Return 1 where residuals are like those of most known places, (n,).
+
+    0 elsewhere.
+    """
     known = known if known.any() else np.ones(len(rest), bool)
     centre = float(np.median(rest[known]))
     deviation = robust_sigma(rest[known] - centre)
@@ -142,7 +154,10 @@ class _Fit:
 
     @cached_property
     def target(self) -> Floats:
-        """(n,) what the reduced terms are fitted to: the brightness, or 0 where the albedo is eliminated."""
+        """Return what the reduced terms are fitted to, (n,).
+
+        The brightness, or 0 where the albedo is eliminated.
+        """
         return np.where(self.labels == 1, self.brightness, 0.0)
 
     @cached_property
@@ -151,10 +166,11 @@ class _Fit:
         return OUTLYING * FLOOR * self.level
 
     def terms(self, guess: _Guess) -> Floats:
-        """(n, 4 + k): the room's light, its three slopes, and each lamp's light, reduced by the unknown albedos.
+        """Return the terms (n, 4 + k), reduced by the unknown albedos.
 
-        In a region of albedo a the brightness is b = a·t·s for terms t and strengths s. The best 1/a for given s is
-        linear in s, so that t·s − b/a = t'·s with t' = t − b (Σ w b t) / (Σ w b²).
+        The room's light, its three slopes, and each lamp's light. In a region of albedo a the brightness is b = a·t·s
+        for terms t and strengths s. The best 1/a for given s is linear in s, so that t·s − b/a = t'·s with t' = t − b
+        (Σ w b t) / (Σ w b²).
         """
         terms = self.of_places.of(guess.lamps, guess.reflectance)
         for label in self.others:
@@ -165,15 +181,19 @@ class _Fit:
 
     @cached_property
     def others(self) -> Ints:
-        """(m,) labels of the regions of unknown albedo."""
+        """Return the labels (m,) of the regions of unknown albedo."""
         return np.unique(self.labels[self.labels != 1])
 
     def strengths(self, guess: _Guess) -> Floats:
-        """(4 + k,) the best strengths of room and lamps."""
-        return _solve(self.terms(guess), self.target, self.weights)
+        """Return the best strengths (4 + k,) of room and lamps."""
+        normal, right = _normal_equations(self.terms(guess), self.target, self.weights)
+        return np.asarray(_strengths(normal, right))
 
     def residual(self, guess: _Guess) -> Floats:
-        """(n,) what the best strengths of room and lamps leave of the brightness."""
+        """Return the residual (n,) of the brightness at the best strengths.
+
+        Of room and lamps.
+        """
         terms = self.terms(guess)
         return np.asarray(self.target - terms @ _solve(terms, self.target, self.weights))
 
@@ -185,9 +205,10 @@ class _Fit:
         return float(_truncated_rms(self.terms(guess), self.target, self.weights, self.cap, doubted))
 
     def better(self, found: _Guess, guess: _Guess, share: float) -> bool:
-        """Whether what is found brings the deviation down to a share of what another guess leaves.
+        """Return whether a guess reduces the deviation to a fraction.
 
-        Either they explain bare paper better, or a shadow that was taken for ink.
+        Of the deviation that another guess leaves. Either it explains bare paper better, or a shadow that was mistaken
+        for ink.
         """
         return any(self.deviation(found, doubt) <= share * self.deviation(guess, doubt) for doubt in (0.0, DOUBTED))
 
@@ -200,7 +221,10 @@ class _Fit:
 
 
 def _starts(guess: _Guess, fit: _Fit) -> list[_Guess]:
-    """The lamps and one more, looked for all over the sky: the best at each height, as shadows part heights."""
+    """Return starts with one more lamp, over the whole sky.
+
+    The best at each height, as shadows part heights.
+    """
     azimuths = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
     rings = ([np.vstack([guess.lamps, (azimuth, polar, FIRST_NEARNESS)]) for azimuth in azimuths] for polar in POLARS)
     return [min((replace(guess, lamps=lamps) for lamps in ring), key=fit.deviation) for ring in rings]
@@ -213,7 +237,11 @@ def _refined(
     trials: int = TRIALS,
     doubted: float = DOUBTED,
 ) -> _Guess:
-    """All lamps moved to where they leave least, and the reflectance, by first steps and so many trials for each."""
+    """Refine all lamps, and the reflectance, to the least residual.
+
+    steps: first steps.
+    trials: for each of them.
+    """
 
     def unpacked(flat: Floats) -> _Guess:
         return _Guess(flat[:-1].reshape(-1, 3), float(flat[-1]))
@@ -245,8 +273,8 @@ def _solve(terms: Floats, brightness: Floats, weights: Floats) -> Floats:
 
 
 @numba.njit(cache=True)
-def _truncated_rms(terms: Floats, brightness: Floats, weights: Floats, cap: float, doubted: float) -> float:
-    """What is left after `_solve`, each place capped and the doubted ones counting less: root mean square."""
+def _normal_equations(terms: Floats, brightness: Floats, weights: Floats) -> tuple[Floats, Floats]:
+    """Set up weighted least squares with a ridge: (k, k) and (k,) for terms (n, k)."""
     count, size = terms.shape
     normal, right = np.zeros((size, size)), np.zeros(size)
     total = max(weights.sum(), 1.0)
@@ -258,7 +286,39 @@ def _truncated_rms(terms: Floats, brightness: Floats, weights: Floats, cap: floa
                 normal[i, j] += weighted * terms[n, j]
     for i in range(size):
         normal[i, i] += RIDGE
+    return normal, right
+
+
+@numba.njit(cache=True)
+def _strengths(normal: Floats, right: Floats) -> Floats:
+    """Solve for the strengths (4 + k,) of room and lamps.
+
+    The room must take no light away from any side.
+    Light from one side alone is clamp(cos θ), whose mean is half of its slope (Basri & Jacobs 2003, eq. 8); no other
+    room has a smaller mean. Where the best strengths break this, all of the room's light comes from their side.
+    """
     strengths = np.linalg.solve(normal, right)
+    slope = np.sqrt((strengths[1:ROOM] ** 2).sum())
+    if strengths[0] >= ONE_SIDED * slope:
+        return np.asarray(strengths)
+    one_side = np.zeros((len(right), len(right) - ROOM + 1))
+    one_side[0, 0] = ONE_SIDED
+    one_side[1:ROOM, 0] = strengths[1:ROOM] / max(slope, TINY)
+    for k in range(len(right) - ROOM):
+        one_side[ROOM + k, 1 + k] = 1.0
+    few = np.linalg.solve(one_side.T @ normal @ one_side, one_side.T @ right)
+    if few[0] < 0:
+        few[:] = 0.0
+        if len(right) > ROOM:
+            few[1:] = np.linalg.solve(normal[ROOM:, ROOM:].copy(), right[ROOM:].copy())
+    return np.asarray(one_side @ few)
+
+
+@numba.njit(cache=True)
+def _truncated_rms(terms: Floats, brightness: Floats, weights: Floats, cap: float, doubted: float) -> float:
+    """What is left by the best strengths, each place capped and the doubted ones counting less: root mean square."""
+    count, size = terms.shape
+    strengths = _strengths(*_normal_equations(terms, brightness, weights))
     if size > ROOM and strengths[ROOM:].min() < 0:
         return np.inf
     square = 0.0

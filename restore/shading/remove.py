@@ -1,15 +1,14 @@
-"""Divide light and shadow out of the page.
+"""Removes light and shadow from the page.
 
-The paper's way: ink is masked, the bare paper's brightness is continued under it by a smooth surface, and the page is
-divided by that surface (Zhang, Yip & Tan, "Removing shading distortions in camera-based document images", 2007). Here
-the shape of the page tells first what light must have fallen on it, over creases and under figures too; the smooth
-surface only takes what is left.
+Known for bare paper: ink is masked, the bare paper's brightness is continued under it by a smooth surface, and the page
+is divided by that surface (Zhang, Yip & Tan, "Removing shading distortions in camera-based document images", 2007).
+Here the shape of the page first determines what light must have fallen on it, over creases and under figures too; the
+smooth surface only takes the rest.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil
 from typing import Any
 
 import cv2
@@ -21,52 +20,78 @@ from restore.scan import Bytes, Floats, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollows
 from restore.shading.divide import divided
-from restore.shading.estimate import DIMMEST, LEAST_PAPER, Estimate, Judges, estimate_again, estimate_light
+from restore.shading.estimate import DIMMEST, MIN_PAPER, Estimate, Judges, estimate_again, estimate_light
 from restore.shading.horizon_map import fill_nearest
 from restore.shading.paper import paper_candidates
 from restore.shading.regions import regions_of
 from restore.shading.relief import Field, Relief
 from restore.shading.residual import CONTRAST, Residual, residual_light
 from restore.shading.srgb import LINEAR
-from restore.shading.steps import find_steps, place_steps
+from restore.shading.steps import Steps, find_steps, place_steps
 from restore.shading.surroundings import places_of, surroundings_of
 
 LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow is known more exactly
-BRIGHT_PRINT = 0.04  # of the page: where more of it is brighter than the ground, the ground is no paper
+BRIGHT_PRINT = 0.04  # of the page: where more of it is brighter than the ground, the ground is not paper
 MAX_GAIN = 8.0  # three stops: a deeper shadow holds no picture to bring back, only noise
 # Cells by which a crease or the edge of a shadow may be misplaced: half a sample of the range grid, and as much between
 # shape and picture.
 UNCERTAIN = 2
 BRIGHTEST = 1.3  # of the paper's light in one channel: printed on white, no ink gives back more
-SPARED = 7  # of the cells one in so many tells how uneven they are
+SPARED = 7  # every seventh cell suffices for their unevenness
 
 
 @dataclass(frozen=True, eq=False)
 class ShadingResult:
-    """A page with its shading removed: image (h, w, 3) uint8, and the report on it (JSON values)."""
+    """Page without its shading.
+
+    image: (h, w, 3) uint8.
+    report: JSON values.
+    """
 
     image: Bytes
     report: dict[str, Any]
 
 
-def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> ShadingResult:
-    """Page (h, w, 3) uint8 with its shading divided out, by its relief; pixels outside mask (h, w) do not change.
+@dataclass(frozen=True, eq=False)
+class PageLight:
+    """The light of a page, found once at LIGHT_DPI and divided out at any resolution.
 
-    Where the page does not tell its light for certain the image is returned unchanged, and the report gives the reason.
+    report: JSON values. gain (r, c, 3): by what the cells of the page are multiplied, with the steps of its light that
+    are drawn sharper; both are None where the light is kept.
     """
-    colour, inside = _cells(image, mask, dpi, relief)
-    if inside.sum() < LEAST_PAPER:
-        return _kept(image, "the page is too small")
+
+    report: dict[str, Any]
+    gain: Field | None = None
+    steps: Steps | None = None
+
+    def removed_from(self, image: Bytes, mask: Mask, dpi: float) -> ShadingResult:
+        """The page (h, w, 3) uint8 at `dpi` without this light; pixels outside mask (h, w) do not change."""
+        if self.gain is None or self.steps is None:
+            return ShadingResult(image, self.report)
+        return ShadingResult(divided(image, mask, LIGHT_DPI / dpi, self.gain, self.steps, MAX_GAIN), self.report)
+
+
+def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:
+    """Find the light of a page (h, w, 3) uint8 painted at LIGHT_DPI, as its relief is.
+
+    mask (h, w): where the page is.
+    Where the page does not tell its light reliably the light is kept, and the report gives the reason.
+    """
+    # A cell at the edge of the page may have the colours of what lies next to it.
+    inside = relief.inside & (cv2.erode(mask.view(np.uint8), np.ones((3, 3), np.uint8), borderValue=1) > 0)
+    colour = np.asarray(cv2.LUT(image, LINEAR))
+    if inside.sum() < MIN_PAPER:
+        return _kept("the page is too small")
     regions = regions_of(colour, relief.normals, inside)
     judges = Judges.of(colour, regions, inside)
     if not len(judges.cells):
-        return _kept(image, "no part of the page is of one print, so that no gradient is certain to be the light's")
+        return _kept("no part of the page is of one print, so that no gradient is certain to be the light's")
     candidates = np.flatnonzero(paper_candidates(colour, inside, relief.dpi))
     surroundings = surroundings_of(relief)
     places = places_of(relief, surroundings.horizon)
     found = estimate_light(as_list(colour), candidates, places, surroundings, regions, judges, inside)
     if found is None:
-        return _kept(image, "nothing within its regions of one print shows reliably that the light on it is uneven")
+        return _kept("nothing within its regions of one print shows reliably that the light on it is uneven")
     if not found.certainty.sure:
         again = estimate_again(found, colour, relief.normals, candidates, places, surroundings, inside)
         found, judges = again or (found, judges)
@@ -84,21 +109,23 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     if not corrected:
         surface = expected
     gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
-    evened = divided(image, mask, relief.dpi / dpi, gain, steps, MAX_GAIN)
     report = {"removed": True, "corrected": corrected, "regions_fraction": regions.share(inside)} | _told_by(found)
-    return ShadingResult(evened, report | _evenness(colour, gain, residual.ground, inside))
+    return PageLight(report | _evenness(colour, gain, residual.ground, inside), gain, steps)
 
 
 def _better(surface: Field, expected: Field, judges: Judges, ground: Mask) -> bool:
-    """Whether a light (cells, 3) with its residual explains the regions better than without, and those away from the
-    ground (cells,), which the residual was not fitted to, not worse for certain."""
+    """Return whether a light explains the regions better with its residual.
+
+    And those away from the ground (cells,), which the residual was not fitted to, not reliably worse.
+    expected: (cells, 3).
+    """
     away = judges[~ground[judges.cells]]
     return judges.gain(surface, expected)[0] > 0 and not away.prefer(expected, surface)
 
 
-def _kept(image: Bytes, reason: str) -> ShadingResult:
-    """The page unchanged, and why."""
-    return ShadingResult(image, {"removed": False, "reason": reason})
+def _kept(reason: str) -> PageLight:
+    """The light as it is, and why."""
+    return PageLight({"removed": False, "reason": reason})
 
 
 def _told_by(found: Estimate) -> dict[str, Any]:
@@ -110,9 +137,12 @@ def _told_by(found: Estimate) -> dict[str, Any]:
 def _corrected(
     seen: Field, expected: Field, residual: Residual, inside: Mask, openness: Field, stretch: Field
 ) -> Field:
-    """(r, c, 3) the light with its residual, and along creases where the ground is paper.
+    """Return the light with its residual, and along creases.
 
-    openness (r, c): share of the room in sight; stretch (r, c): cells of the page to one seen from above.
+    The creases count where the ground is paper.
+    openness: (r, c), fraction of the room in sight.
+    stretch: (r, c), cells of the page to one seen from above.
+    Returns (r, c, 3).
     """
     surface = expected * residual.surface
     ratio = seen / (surface * residual.colour)
@@ -129,27 +159,11 @@ def _corrected(
     return np.asarray(surface * line[..., None])
 
 
-def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field, Mask]:
-    """Linear colour (r, c, 3) over the cells of the relief, and which of them lie wholly on the page."""
-    rows, cols = relief.inside.shape
-    scale = relief.dpi / dpi
-    # The last cells may reach over the edge of the image.
-    high, wide = (max(1, min(count, int(n * scale))) for count, n in zip((rows, cols), mask.shape, strict=True))
-    within = np.s_[: max(1, round(high / scale)), : max(1, round(wide / scale))]
-    codes = cv2.resize(image[within], (wide, high), interpolation=cv2.INTER_AREA)
-    reach = 2 * ceil(1 / scale / 2) + 1  # pixels of a cell, and a fraction more
-    whole = cv2.erode(mask[within].view(np.uint8), np.ones((reach, reach), np.uint8))
-    whole = cv2.resize(whole, (wide, high), interpolation=cv2.INTER_NEAREST_EXACT) > 0
-    codes = cv2.copyMakeBorder(codes, 0, rows - high, 0, cols - wide, cv2.BORDER_REPLICATE)
-    whole = np.pad(whole, ((0, rows - high), (0, cols - wide)))
-    return np.asarray(cv2.LUT(codes, LINEAR)), whole & relief.inside
-
-
 def _excess_light(ratio: Field, inside: Mask) -> Field:
-    """(r, c) factor by which the light must exceed the fitted light, 1 almost everywhere.
+    """Return by what factor the light must exceed the fitted light.
 
-    No ink is brighter than paper in all channels, and none much brighter in one: what seems to be lies beside a crease
-    or a shadow that is not quite where it was thought to be.
+    No ink is brighter than paper in all channels, and none much brighter in one: what seems to be lies next to a crease
+    or a shadow that is not quite where it was assumed. Returns (r, c), 1 almost everywhere.
     """
     above = np.maximum(lowest(ratio) / (1 + CONTRAST / 2), highest(ratio) / BRIGHTEST)
     above = np.where(inside, np.maximum(above, 1), 1).astype(np.float32)

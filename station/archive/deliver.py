@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from datetime import datetime
-from enum import StrEnum
 from pathlib import Path
 
 from restore import BadInput, RangeScan, SurfaceMesh
 from station.archive import iiif
 from station.archive.bag import MANIFEST, PAYLOAD, manifest, seal_bag
 from station.archive.book import Leaf, write_book
+from station.archive.formats import Format
 from station.archive.iiif import PageImage, encode_info, encode_manifest, encode_tiles
 from station.archive.mets import encode_mets
 from station.archive.mix import read_image_facts
@@ -33,17 +33,6 @@ NOTHING = "restore pages of the session first: planish batch"
 
 
 Source = Callable[[Page], RangeScan | SurfaceMesh]
-
-
-class Format(StrEnum):
-    """A format of delivery."""
-
-    BAGIT = "bagit"
-    METS = "mets"
-    IIIF = "iiif"
-    PDF = "pdf"
-    TIFF = "tiff"
-    MESH = "mesh"
 
 
 @dataclass(frozen=True)
@@ -179,11 +168,16 @@ def _tiff(volume: Volume) -> Iterator[tuple[str, Content]]:
 
 
 def _mesh(volume: Volume, source: Source | None) -> Iterator[tuple[str, Content]]:
+    """Write the sheet of each scan, with the number of its first leaf."""
+    done = set[str]()
     for page in volume.pages:
-        if source is None or page.find(Role.ORIGINAL) is None:
+        original = page.find(Role.ORIGINAL)
+        if source is None or original is None or original.name in done:
             continue
-        (sheet, *_) = select_sheets(source(page), Sheets.LARGEST)
-        for name, data in encode_sheet(surface_of(sheet.scan), f"{page.number:04}"):
+        done.add(original.name)
+        (found, *_) = select_sheets(source(page), Sheets.LARGEST)
+        area = None if found.sheet is None else found.sheet.area  # without the table below it
+        for name, data in encode_sheet(surface_of(found.scan, area), f"{page.number:04}"):
             yield name, _written(data)
 
 

@@ -1,12 +1,15 @@
-"""The record of a volume, from a session: current scans, their current derivatives, and the events that made both."""
+"""Makes the record of a volume from a session.
+
+Current scans, their current derivatives, and the events that made both.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from datetime import datetime
-from typing import Any
+from typing import Any, Literal
 
 from restore import BadInput, RangeScan, SurfaceMesh, load_scan
 from restore.files import read_regular
@@ -14,36 +17,42 @@ from station.archive.volume import Event, Page, Role, StoredFile, Volume
 from station.session import Event as SessionEvent
 from station.session import History, Session, scan_path
 from station.session import Page as SessionPage
-from station.session.overview import label_of, preset_of
+from station.session.corrections import outdated_pages
+from station.session.leaves import Leaf, delivered_leaves
+from station.session.parts import PAGE, RESTORE, part_of_file, parts_of
 from station.session.photographs import is_set
-from station.session.presets import Preset
-from station.session.stages import RESTORE
 
 # In the vocabulary of preservation events of the Library of Congress.
 KINDS = {"capture": "capture", "restore": "creation", "verdict": "validation"}
 DERIVED, CHECKED = "creation", "metadata extraction"  # other stages, with files and without
 ROLES = {
-    "page.png": Role.PAGE,
-    "page-master.png": Role.MASTER,
-    "page-alto.xml": Role.WORDS,
-    "page.txt": Role.TEXT,
-    "page.hocr": Role.HOCR,
-    "page.pdf": Role.PDF,
-    "page-warped.obj": Role.MESH,
+    ".png": Role.PAGE,
+    "-master.png": Role.MASTER,
+    "-alto.xml": Role.WORDS,
+    ".txt": Role.TEXT,
+    ".hocr": Role.HOCR,
+    ".pdf": Role.PDF,
+    "-warped.obj": Role.MESH,
 }
+MISSING = "{} before it is missing"
+SIDES: Mapping[str, Literal["left", "right"]] = {"left": "left", "right": "right"}
 MAX_SCAN_RECORD = 2**20
+CORRECTED = "corrected since it was restored: planish batch restores it"
 
 
 def volume_of(session: Session) -> Volume:
-    """The volume of a session, as its pointers show it now. Raises OSError for a file that is missing."""
-    pages, preset = list(session.history.pages()), preset_of(session)
+    """Return the volume of a session, as its pointers show it now.
+
+    Raises OSError for a file that is missing.
+    """
+    pages, outdated = list(session.history.pages()), frozenset(outdated_pages(session))
     events = [event for page in pages for event in _events_of(page)]
     names = {event.number: _names(event) for event in events}
     first = session.history.event(1)
     return Volume(
         session.identifier,
         session.volume.title,
-        tuple(_page(session, page, number, preset) for number, page in enumerate(pages, 1)),
+        tuple(_page(session, leaf, outdated) for leaf in delivered_leaves(session)),
         tuple(_event(event, names, session.history) for event in events),
         datetime.fromisoformat(first.time),
         session.volume.project,
@@ -52,16 +61,16 @@ def volume_of(session: Session) -> Volume:
 
 
 def scan_of(session: Session, page: Page) -> RangeScan | SurfaceMesh:
-    """The scan of a page, in the unit that it was restored in, else in that of its capture.
+    """Return the scan of a page, in the unit that it was restored in.
 
-    Raises BadInput for a damaged scan, and for a page that has none.
+    Else in that of its capture. Raises BadInput for a damaged scan, and for a page that has none.
     """
-    current = list(session.history.pages())[page.number - 1]
+    current = session.history.page(int(page.name.partition("/")[0]))
     assert current.capture is not None
     if is_set(current.capture.facts):
-        raise BadInput(f"page {page.number} was photographed and has no scan", "export images: --to tiff, pdf or bagit")
+        raise BadInput(f"page {page.name} was photographed and has no scan", "export images: --to tiff, pdf or bagit")
     run = current.runs.get(RESTORE)
-    told = current.capture.facts if run is None else run.facts["parameters"]
+    told = current.capture.facts if run is None else run.facts.get("parameters", {})
     return load_scan(scan_path(session, current.capture), unit=str(told.get("unit", "auto")))
 
 
@@ -72,27 +81,37 @@ def _events_of(page: SessionPage) -> Iterator[SessionEvent]:
     yield from sorted(page.runs.values(), key=lambda event: event.number)
 
 
-def _page(session: Session, page: SessionPage, number: int, preset: Preset) -> Page:
-    files = [file for event in _events_of(page) for file in _files(session, event)]
-    side = page.decided("side", preset.side(number))
+def _page(session: Session, leaf: Leaf, outdated: Collection[int]) -> Page:
+    files = [file for event in _events_of(leaf.page) for file in _files(session, event, leaf.part)]
     return Page(
-        number,
-        label_of(page, number, preset) or str(number),
+        leaf.position,
+        leaf.label or str(leaf.position),
         tuple(files),
-        side if side in ("left", "right") else "",
-        _provenance(session, page.capture),
+        SIDES.get(leaf.side, ""),
+        _provenance(session, leaf.page.capture),
+        leaf.name,
+        "; ".join([*([CORRECTED] if leaf.page.number in outdated else []), *map(MISSING.format, leaf.missing)]),
     )
 
 
-def _files(session: Session, event: SessionEvent) -> Iterator[StoredFile]:
+def _files(session: Session, event: SessionEvent, part: str) -> Iterator[StoredFile]:
+    """The files of an event that are of a part of its page, or of the whole."""
+    several = event.name == RESTORE and len(parts_of(event.facts["result"])) > 1
     for (path, digest), name in zip(event.files.items(), _names(event), strict=True):
+        of, ending = part_of_file(path)
+        if several and of not in (part, PAGE):
+            continue
         where = session.path(event, path)
-        role = Role.ORIGINAL if event.kind == "capture" else ROLES.get(path, Role.OTHER)
+        whole = several and of == PAGE  # the whole, kept next to its leaves
+        role = Role.ORIGINAL if event.kind == "capture" else Role.OTHER if whole else ROLES.get(ending, Role.OTHER)
         yield StoredFile(where, name, role, digest, where.stat().st_size, _identifier(event))
 
 
 def _names(event: SessionEvent) -> tuple[str, ...]:
-    """The names of an event's files in an export; scans of several captures of a page never meet in one."""
+    """Return the names of an event's files in an export.
+
+    Scans of several captures of a page never have the same names.
+    """
     folder = f"pages/{event.page:04}" + ("" if event.kind == "capture" else f"/{event.name}")
     return tuple(f"{folder}/{path}" for path in event.files)
 
@@ -119,7 +138,10 @@ def _identifier(event: SessionEvent) -> str:
 
 
 def _provenance(session: Session, capture: SessionEvent | None) -> dict[str, Any]:
-    """What the scan folder of a capture says of its shot; of scans of other formats, when they were stored."""
+    """Return what the scan folder of a capture says of it.
+
+    For scans of other formats, when they were stored.
+    """
     path = None if capture is None else next((name for name in capture.files if name.endswith("/scan.json")), None)
     if capture is None:
         return {}

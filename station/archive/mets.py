@@ -1,4 +1,7 @@
-"""METS 1.12.1: one document that holds a volume together: files, technical metadata, events, order of the pages."""
+"""METS 1.12.1: one document that holds a volume together.
+
+Files, technical metadata, events, order of the pages.
+"""
 
 from __future__ import annotations
 
@@ -18,9 +21,11 @@ DESCRIPTION = "description"  # identifiers of XML (NCName): words, numbers and d
 
 
 def encode_mets(volume: Volume, images: Mapping[str, ImageFacts], *, now: datetime) -> bytes:
-    """The document of a volume; it refers to the files by their names, relative to itself.
+    """Encode the document of a volume.
 
-    images: facts of the image files, by their names. now: when the document is made.
+    It refers to the files by their names, relative to itself.
+    images: facts of the image files, by their names.
+    now: when the document is made.
     """
     ids = {file.name: f"file.{number}" for number, file in enumerate(volume.files, 1)}
     root = element(
@@ -70,12 +75,12 @@ def _description(volume: Volume) -> Element:
 
 def _technical(volume: Volume, images: Mapping[str, ImageFacts], ids: Mapping[str, str]) -> Iterator[Element]:
     """What each file is (PREMIS), and of images how they were sampled (MIX)."""
-    for page in volume.pages:
-        for file in page.files:
-            yield _section("techMD", f"object.{ids[file.name]}", "PREMIS:OBJECT", encode_object(file))
-            if file.name in images:
-                image = encode_mix(file, images[file.name], page.provenance)
-                yield _section("techMD", f"image.{ids[file.name]}", "NISOIMG", image)
+    provenance = {file.name: page.provenance for page in volume.pages for file in page.files}
+    for file in volume.files:
+        yield _section("techMD", f"object.{ids[file.name]}", "PREMIS:OBJECT", encode_object(file))
+        if file.name in images:
+            image = encode_mix(file, images[file.name], provenance[file.name])
+            yield _section("techMD", f"image.{ids[file.name]}", "NISOIMG", image)
 
 
 def _events(volume: Volume) -> Iterator[Element]:

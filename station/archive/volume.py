@@ -1,6 +1,7 @@
-"""A volume as an archive sees it: pages in their order, their files, and the events that made those.
+"""A volume as an archive sees it.
 
-The encoders read these records alone, and know nothing of where and how a session keeps its files.
+Pages in their order, their files, and the events that made those. The encoders read these records alone, and know
+nothing of where and how a session keeps its files.
 """
 
 from __future__ import annotations
@@ -14,7 +15,10 @@ from typing import Any, Literal
 
 
 class Role(StrEnum):
-    """What a file is to the archive, in the terms of FADGI's guidelines (2023, "Digital files")."""
+    """Role of a file in the archive, in the terms of FADGI's guidelines.
+
+    Source: FADGI 2023, "Digital files".
+    """
 
     ORIGINAL = "archival master"  # as captured: never changed
     MASTER = "production master"  # the restored page with its shading, where the page is without
@@ -97,7 +101,9 @@ class Event:
 class Page:
     """A page: its number in the volume, from 1; its label as it is printed or foliated; its side.
 
-    provenance: of its scan: device, lens, time, … (JSON values).
+    provenance  of its scan: device, lens, time, … (JSON values).
+    name        what the session calls it: `12`, or `12/left` for a leaf of an opened book.
+    problem     why it is not as it should be; empty where nothing is known.
     """
 
     number: int
@@ -105,6 +111,8 @@ class Page:
     files: tuple[StoredFile, ...]
     side: Literal["left", "right", ""] = ""
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    name: str = ""
+    problem: str = ""
 
     def find(self, *roles: Role) -> StoredFile | None:
         """The file of the first of these roles that it has."""
@@ -113,7 +121,10 @@ class Page:
 
 @dataclass(frozen=True)
 class Volume:
-    """A volume: identifier, title, project, organisation (empty when not given), pages, events in their order."""
+    """Volume: identifier, title, project, organisation, pages, events.
+
+    The organisation is empty when not given; events are in their order.
+    """
 
     identifier: str
     title: str
@@ -125,16 +136,18 @@ class Volume:
 
     @property
     def files(self) -> Iterator[StoredFile]:
-        """The files of all pages, in their order."""
-        return (file for page in self.pages for file in page.files)
+        """The files of all pages, in their order; one of several pages comes once."""
+        return iter({file.name: file for page in self.pages for file in page.files}.values())
 
 
 def missing(volume: Volume, *wanted: Role) -> list[str]:
-    """A line for each page that lacks a file of one of the roles `wanted`, and for each number that is left out."""
+    """List pages without a file of the roles `wanted`, with a problem, and gaps."""
     numbers = {page.number for page in volume.pages}
     gaps = set(range(1, max(numbers, default=0) + 1)) - numbers
     lines = [f"page {number}: not captured" for number in sorted(gaps)]
-    lines += [f"page {page.number}: {LACKS[role]}" for page in volume.pages for role in wanted if not page.find(role)]
+    for page in volume.pages:
+        problems = [LACKS[role] for role in wanted if not page.find(role)] + ([page.problem] if page.problem else [])
+        lines += [f"page {page.name or page.number}: {problem}" for problem in problems]
     return lines
 
 

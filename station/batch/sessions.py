@@ -1,6 +1,7 @@
-"""A batch over sessions: each page without a current restoration is restored, and recorded in its session.
+"""A batch over sessions.
 
-Workers compute into folders on the session's disk; the process of the batch, the session's only writer, records.
+Each page without a current restoration is restored, and recorded in its session. Workers compute into folders on the
+session's disk; the process of the batch, the session's only writer, records.
 """
 
 from __future__ import annotations
@@ -22,11 +23,15 @@ from station.intake.once import is_range_image
 from station.run.options import AUTO, RunOptions
 from station.run.peak_memory import peak_memory_mib
 from station.session import Event as SessionEvent
-from station.session import Page, Session, Writer, record_run, scan_path
+from station.session import Session, Writer, record_run, scan_path
+from station.session.corrections import inputs_of, needs_restoration, parameters_of, rules_of
+from station.session.current_preset import preset_of
 from station.session.judging import lacks_verdict, record_verdict
-from station.session.overview import label_of, preset_of
+from station.session.leaves import Leaf, leaves_of
+from station.session.parts import RESTORE, errors_of, file_of, measured_parts
 from station.session.presets import Preset
-from station.session.stages import PAGE, RESTORE, VERDICT, Run, run_restore
+from station.session.stages import Run, run_restore
+from station.verdict.judge import worst
 from station.workers.executors import Workers
 from station.workers.process import MAX_ATTEMPTS, Work
 
@@ -35,7 +40,11 @@ ERROR = "error"  # in the result of a run that has no page
 
 @dataclass(frozen=True)
 class SessionTask:
-    """A page to restore: its scan, the parameters of the stage, the empty folder for its files, bytes of the scan."""
+    """A page to restore.
+
+    source  its scan. folder: an empty one for its files. size: bytes of the scan.
+    inputs  the corrections that the parameters follow from.
+    """
 
     session: str
     page: int
@@ -43,11 +52,15 @@ class SessionTask:
     parameters: Mapping[str, Any]
     folder: Path
     size: int
+    inputs: tuple[SessionEvent, ...] = ()
 
 
 @dataclass(frozen=True)
 class SessionDone:
-    """What became of it: the run, whose result has `error` where there is no page; seconds, memory of the process."""
+    """Outcome of a page of a session.
+
+    The run, whose result has `error` without a page; seconds, memory of the process.
+    """
 
     run: Run
     seconds: float
@@ -55,9 +68,10 @@ class SessionDone:
 
 
 def restore_session_page(task: SessionTask, causes: Sequence[str] = ()) -> SessionDone:
-    """Restore the scan of a page. causes: how the processes ended that tried before; after two it is not tried again.
+    """Restore the scan of a page.
 
-    Raises what is not the scan's fault: of the disk, the settings, this computer.
+    causes: how the processes ended that tried before; after two it is not tried again.
+    Raises errors that are not the scan's fault: of the disk, the settings, this computer.
     """
     start = time.perf_counter()
     shutil.rmtree(task.folder, ignore_errors=True)  # of a process that has ended
@@ -82,16 +96,17 @@ def _failed(task: SessionTask, error: str, hint: str) -> Run:
 
 
 class SessionBatch:
-    """The pages of sessions, by the names of their folders. What came of a scan is recorded, and not tried again.
+    """Pages of sessions, by the names of their folders.
 
-    options: those that are given win over the session's preset.
+    The outcome of a scan is recorded, and not tried again.
+    options: those that are given override the session's preset.
     """
 
     def __init__(self, writers: Mapping[str, Writer], options: RunOptions) -> None:
         self._writers, self._options = writers, options
 
     def run(self, workers: Workers, show: Show, *, work: Work[SessionDone] = restore_session_page) -> None:
-        """Restore the pages that have no restoration, record and judge each. Raises as `run_tasks.run` does."""
+        """Restore the pages that have no restoration, record and check each. Raises as `run_tasks.run` does."""
         for writer in self._writers.values():
             for page in filter(lacks_verdict, list(writer.history.pages())):  # of a batch that ended in between
                 record_verdict(writer, page.runs[RESTORE])
@@ -99,37 +114,42 @@ class SessionBatch:
         tasks.sort(key=lambda task: -task.size)
         pace = Pace(task.size for task in tasks)
         for task, done in run(tasks, workers, work):
-            show(self._settle(task, done, pace.done(task.size, done.seconds, workers.threads())))
+            show(self.settle(task, done, pace.done(task.size, done.seconds, workers.threads())))
 
     def pages(self) -> Iterator[PageOutcome]:
         """Every page as its session has it now."""
         for writer in self._writers.values():
-            for position, page in enumerate(writer.history.pages(), 1):
-                yield _outcome(writer.session, page, position)
+            for leaf in leaves_of(writer.session):
+                yield _outcome(writer.session, leaf)
 
-    def _settle(self, task: SessionTask, done: SessionDone, batch: Done) -> Event:
+    def settle(self, task: SessionTask, done: SessionDone, batch: Done) -> Event:
+        """Record what became of a page, and its verdict. batch: how far it is."""
         writer = self._writers[task.session]
         name = f"{writer.session.volume.title}, page {task.page}"
         event = _record(writer, task, done.run)
-        if ERROR in done.run.result:
-            return Event("set aside", name, str(done.run.result[ERROR]), batch)
+        errors = [error for _, error, _ in errors_of(done.run.result)]
+        if not measured_parts(done.run.result):
+            return Event("set aside", name, errors[0], batch)
         level = record_verdict(writer, event).facts["result"]["level"]
-        return Event("restored", name, f"{level}, {writer.session.path(event, PAGE)}", batch)
+        files = [file_of(event, part) for part in measured_parts(done.run.result)]
+        places = ", ".join(str(writer.session.path(event, file)) for file in files if file)
+        return Event("restored", name, f"{level}, {places}", batch)
 
 
 def plan_session(name: str, writer: Writer, options: RunOptions) -> Iterator[SessionTask]:
-    """The pages of a session that have a scan and no restoration of it."""
+    """Plan the pages that are not restored as they are corrected now."""
     session = writer.session
-    preset = _preset(preset_of(session), options)
+    preset, rules = _preset(preset_of(session), options), rules_of(session)
     for page in session.history.pages():
-        if page.capture is None or RESTORE in page.runs:
+        if page.capture is None or not needs_restoration(session, page, rules):
             continue
         source = scan_path(session, page.capture)
-        parameters = preset.parameters(page.capture.facts)
+        parameters = parameters_of(session, page, preset)
         if parameters["unit"] == AUTO and not is_range_image(source):
             parameters["unit"] = options.unit
         size = sum(session.path(page.capture, file).stat().st_size for file in page.capture.files)
-        yield SessionTask(name, page.number, source, parameters, writer.staging(f"batch-{page.number:04}"), size)
+        folder, inputs = writer.staging(f"batch-{page.number:04}"), tuple(inputs_of(session, page))
+        yield SessionTask(name, page.number, source, parameters, folder, size, inputs)
 
 
 def _preset(preset: Preset, options: RunOptions) -> Preset:
@@ -145,28 +165,33 @@ def _record(writer: Writer, task: SessionTask, made: Run) -> SessionEvent:
     assert capture is not None
     facts = {**made.facts, "host": os.uname().nodename}
     return record_run(
-        writer, RESTORE, capture, parameters=task.parameters, result=made.result, files=task.folder, facts=facts
+        writer,
+        RESTORE,
+        capture,
+        parameters=task.parameters,
+        result=made.result,
+        files=task.folder,
+        facts=facts,
+        others=task.inputs,
     )
 
 
-def _outcome(session: Session, page: Page, position: int) -> PageOutcome:
-    label = label_of(page, position, preset_of(session))
-    name = f"{session.volume.title}, page {page.number}{f' ({label})' if label else ''}"
-    event = page.runs.get(RESTORE)
+def _outcome(session: Session, leaf: Leaf) -> PageOutcome:
+    name = f"{session.volume.title}, page {leaf.name}{f' ({leaf.label})' if leaf.label else ''}"
+    event, report = leaf.page.runs.get(RESTORE), leaf.report
     if event is None:
         return PageOutcome(name, "missing", notes=("the batch has not come to it",))
-    report, seconds = event.facts.get("result", {}), event.facts.get("seconds", {})
     if ERROR in report:
         return PageOutcome(name, "set aside", notes=tuple(filter(None, (report[ERROR], report.get("hint", "")))))
-    size = tuple(report.get("page_mm", (0.0, 0.0)))
-    verdict = page.runs[VERDICT].facts["result"] if VERDICT in page.runs else {}
+    size, seconds = tuple(report.get("page_mm", (0.0, 0.0))), event.facts.get("seconds", {})
+    file = file_of(event, leaf.part)
     return PageOutcome(
         name,
         "restored",
-        session.path(event, PAGE),
+        None if file is None else session.path(event, file),
         figures_of(report),
-        (*concerns(verdict.get("checks", ())), *texts_of(report)),
+        (*concerns(leaf.checks), *texts_of(report)),
         (size[0], size[1]),
         float(seconds.get("total", 0.0)) if isinstance(seconds, dict) else 0.0,
-        str(verdict.get("level", "")),
+        worst([check["level"] for check in leaf.checks]) if leaf.is_checked else "",
     )

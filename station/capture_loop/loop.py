@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
@@ -14,12 +14,28 @@ from typing import Any
 from drivers import ScannerError
 from restore import RangeScan
 from station.capture_loop.keys import ACTIONS, HELP, Action
+from station.capture_loop.turning import Place, place_of, stay
 from station.errors import explain
-from station.session import VOLUME, Event, Page, Writer, add_scan, decide, record_run, redo, scan_path, undo
+from station.session import (
+    VOLUME,
+    Event,
+    Page,
+    Writer,
+    add_rule,
+    add_scan,
+    correct,
+    decide,
+    record_run,
+    redo,
+    scan_path,
+    undo,
+)
+from station.session.corrections import inputs_of, needs_restoration, parameters_of, rules_of
 from station.session.judging import lacks_verdict, record_verdict, verdict_lines
-from station.session.overview import label_of, missing_labels, preset_of
-from station.session.presets import Preset
-from station.session.stages import RESTORE, Run, Submit
+from station.session.leaves import labels_of, missing_labels
+from station.session.parts import PAGE, RESTORE, errors_of, measured_parts
+from station.session.rules import Rule, Scope
+from station.session.stages import Run, Submit
 from station.workers.process import MAX_ATTEMPTS
 
 Show = Callable[[str], None]
@@ -29,16 +45,24 @@ ERASE = "\b\x7f"  # what terminals send for backspace
 
 @dataclass(frozen=True)
 class Done:
-    """A restoration that has ended: of which scan, with which parameters, with its files in a folder."""
+    """A restoration that has ended, of a scan, with its files in a folder.
+
+    inputs: the corrections that the parameters follow from.
+    """
 
     capture: Event
     parameters: Mapping[str, Any]
+    inputs: Sequence[Event]
     folder: Path
     future: Future[Run]
 
 
 class Line(str):
-    """A line for the operator. key: what it tells; page: of which page, None for the volume."""
+    """Line for the operator.
+
+    key: what it reports.
+    page: of which page, None for the volume.
+    """
 
     key: str
     page: int | None
@@ -55,6 +79,7 @@ class CaptureLoop:
 
     shoot    captures a page; None where there is no scanner: what is left is restored and judged.
     submit   restores in the background.
+    turn     turns the leaves to the place of a capture, before it; nothing where the operator turns them.
     show     prints a line for the operator, a `Line`.
     changed  is called after every event.
     inbox    keys, restorations that have ended, and tasks to be done between the two.
@@ -68,6 +93,7 @@ class CaptureLoop:
     changed: Callable[[], None] = lambda: None
     inbox: SimpleQueue[str | Done | Task] = field(default_factory=SimpleQueue)
     outputs: tuple[str, ...] = ()
+    turn: Callable[[Place], None] = stay
 
     def __post_init__(self) -> None:
         self._waiting: dict[int, Future[Run]] = {}
@@ -77,9 +103,9 @@ class CaptureLoop:
         self._typed: str | None = None
 
     def run(self) -> None:
-        """Take up what an earlier loop left, then work until the operator leaves and every restoration has ended.
+        """Continue what an earlier loop left, then work until the operator leaves.
 
-        Raises OSError when the disk refuses; what was shot is stored by then.
+        Every restoration has then ended. Raises OSError when the disk refuses; the captures are stored by then.
         """
         self._take_up()
         while not (self._leaving and not self._waiting):
@@ -97,10 +123,6 @@ class CaptureLoop:
     def is_busy(self) -> bool:
         """Whether a restoration is under way."""
         return bool(self._waiting)
-
-    @property
-    def _preset(self) -> Preset:
-        return preset_of(self.writer.session)
 
     @property
     def page(self) -> int | None:
@@ -141,14 +163,18 @@ class CaptureLoop:
         self.show(Line(f"{self.writer.session.volume.title}: {len(pages)} pages. {HELP}", "title"))
         for gap in missing_labels(self.writer.session):
             self.show(Line(f"pages are missing {gap}", "missing"))
-        for page in pages:
-            self._continue(page)
+        self.catch_up()
 
-    def _continue(self, page: Page) -> None:
-        """Restore a page that is not restored, judge one that is not judged."""
+    def catch_up(self) -> None:
+        """Restore pages that are not as they are corrected, and check the others."""
+        rules = rules_of(self.writer.session)
+        for page in list(self.writer.history.pages()):
+            self._continue(page, rules)
+
+    def _continue(self, page: Page, rules: Sequence[Rule]) -> None:
         if page.capture is None or page.capture.number in self._waiting:
             return
-        if RESTORE not in page.runs:
+        if needs_restoration(self.writer.session, page, rules):
             self._begin(page.capture)
         elif lacks_verdict(page):
             self._judge(page.runs[RESTORE])
@@ -158,6 +184,7 @@ class CaptureLoop:
             self.show(Line("no scanner is configured: name its configuration with --config", "no_scanner"))
             return
         try:
+            self.turn(place_of(self.writer.history, page))
             scan = self.shoot()
         except ScannerError as error:
             self.show(Line(f"not captured: {error}" + (f" ({error.hint})" if error.hint else ""), "not_shot"))
@@ -172,18 +199,18 @@ class CaptureLoop:
     def _begin(self, capture: Event) -> None:
         folder = self.writer.staging(f"restore-{capture.number}")
         shutil.rmtree(folder, ignore_errors=True)
-        parameters = self._parameters(capture)
-        future = self.submit(scan_path(self.writer.session, capture), parameters, folder)
+        session, page = self.writer.session, self.writer.history.page(capture.page)
+        parameters, inputs = parameters_of(session, page), inputs_of(session, page)
+        parameters["outputs"] = sorted({*parameters["outputs"], *self.outputs})
+        future = self.submit(scan_path(session, capture), parameters, folder)
         self._waiting[capture.number] = future
-        future.add_done_callback(lambda done: self.inbox.put(Done(capture, parameters, folder, done)))
-
-    def _parameters(self, capture: Event) -> dict[str, Any]:
-        """The parameters of a restoration: those of the preset, and the files that are wanted beside its own."""
-        parameters = self._preset.parameters(capture.facts)
-        return {**parameters, "outputs": sorted({*parameters["outputs"], *self.outputs})}
+        future.add_done_callback(lambda done: self.inbox.put(Done(capture, parameters, inputs, folder, done)))
 
     def finish(self, done: Done) -> None:
-        """Record a restoration, and judge it. One whose process crashed is tried once more, then recorded as failed."""
+        """Record a restoration, and check its quality.
+
+        One whose process crashed is tried once more, then recorded as failed.
+        """
         del self._waiting[done.capture.number]
         if done.future.cancelled():
             return
@@ -208,13 +235,15 @@ class CaptureLoop:
             result=run.result,
             facts=run.facts,
             files=done.folder,
+            others=done.inputs,
         )
-        if "error" in run.result:
-            text = f"RED  not restored: {run.result['error']} ({run.result['hint']})"
-            self.show(Line(f"{self._name(event.page)}: {text}", "restored_failed", event.page))
-        else:
+        for part, reason, hint in errors_of(run.result):
+            name = f"{self._name(event.page)}{'' if part == PAGE else f', {part}'}"
+            self.show(Line(f"{name}: RED  not restored: {reason} ({hint})", "restored_failed", event.page))
+        if measured_parts(run.result):
             self._judge(event)
         self.changed()
+        self._continue(self.writer.history.page(event.page), rules_of(self.writer.session))
 
     def _after_crash(self, done: Done) -> Run | None:
         """The result of a scan that ends its process each time; None when it is tried again."""
@@ -251,7 +280,10 @@ class CaptureLoop:
             self.show("note, then enter:")
 
     def _add_to_note(self, key: str) -> None:
-        """One more character of a note; enter ends it, an empty note is none."""
+        """Add one character to a note.
+
+        Enter ends it; an empty note is not recorded.
+        """
         typed, page = self._typed or "", self._current()
         if key not in "\r\n":
             self._typed = typed[:-1] if key in ERASE else typed + key * key.isprintable()
@@ -261,7 +293,10 @@ class CaptureLoop:
             self.note(typed.strip())
 
     def note(self, text: str, *, page: int | None = None) -> None:
-        """Write a note on a page that is named, or else on that of the last key; an empty one takes it away."""
+        """Write a note on a page that is named, or else on that of the last key.
+
+        An empty note removes it.
+        """
         self._page = self._page if page is None else page
         current = self._current()
         if current is not None:
@@ -275,6 +310,20 @@ class CaptureLoop:
         if step.page != VOLUME:
             self._page = step.page
         self._told(step.page, f"{step.name} {word}", key)
+        self.catch_up()
+
+    def correct(self, page: int, edits: Mapping[str, Any] | None) -> None:
+        """Record corrections of a page, and restore it if none of its restorations has them."""
+        correct(self.writer, page, edits)
+        self._page = page
+        self._told(page, "corrected", "corrected")
+        self.catch_up()
+
+    def apply(self, scope: Scope, edits: Mapping[str, Any]) -> None:
+        """Record a rule for many pages, and restore those that it changes."""
+        event = add_rule(self.writer, scope, edits)
+        self._told(VOLUME, f"rule {event.number} recorded", "rule")
+        self.catch_up()
 
     def _leave(self) -> None:
         self._leaving = True
@@ -295,8 +344,5 @@ class CaptureLoop:
         """`page 3 [2r]`: its number and its label; `the volume`."""
         if number == VOLUME:
             return "the volume"
-        for position, page in enumerate(self.writer.history.pages(), 1):
-            if page.number == number:
-                label = label_of(page, position, self._preset)
-                return f"page {number} [{label}]" if label else f"page {number}"
-        return f"page {number}"
+        label = labels_of(self.writer.session).get(number)
+        return f"page {number} [{label}]" if label else f"page {number}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -37,6 +38,7 @@ def capture(
         import drivers
         from station.capture_loop import keys
         from station.capture_loop.loop import CaptureLoop
+        from station.capture_loop.turning import stay, turn
         from station.config import load_config
         from station.errors import UsageError
         from station.session import open_session
@@ -48,15 +50,17 @@ def capture(
         station = load_config(config or Path(named)) if config or named else None
         stack.callback(lambda: enter(index, writer.session))
         submit = stack.enter_context(background(run_restore))
-        take = None
+        take, turned = None, stay
         if station is not None:
             try:
                 scanner = stack.enter_context(drivers.open_scanner(station.scanner))
             except drivers.SettingsError as error:
                 raise UsageError(f"configuration: {error}", error.hint) from error
             settings = station.capture
-            take = lambda: scanner.capture(settings)  # noqa: E731 — bound to this scanner
-        loop = CaptureLoop(writer, take, submit, print_result, changed=lambda: enter(index, writer.session))
+            take, turned = partial(scanner.capture, settings), partial(turn, scanner)
+        loop = CaptureLoop(
+            writer, take, submit, print_result, changed=lambda: enter(index, writer.session), turn=turned
+        )
         stack.enter_context(keys.single_strokes(sys.stdin))
         stack.enter_context(keys.foot_switch(foot_switch, lambda: loop.inbox.put(" ")))
         keys.read_keys(sys.stdin, loop.inbox.put)

@@ -6,22 +6,22 @@ import json
 import sys
 from datetime import UTC, datetime
 from functools import partial
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
+from station.archive.formats import Format
 from station.commands.options import Debug, Json, Out
 from station.commands.sessions import Index, Named, find_session
 from station.commands.terminal import print_result, report_faults
 from station.progress import progress_on
 
-ExportFormat = Literal["bagit", "mets", "iiif", "pdf", "tiff", "mesh"]
 Url = Annotated[str, typer.Option(metavar="URL", help="Web address from which the IIIF export will be served.")]
 
 
 def export(
     session: Named,
-    to: Annotated[ExportFormat, typer.Option(help="Format of the export.")],
+    to: Annotated[Format, typer.Option(help="Format of the export.")],
     output: Out,
     url: Url = "http://localhost:8000",
     index: Index = None,
@@ -33,7 +33,7 @@ def export(
     Files that a format needs and the session lacks are listed as missing.
     """
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
-        from station.archive.deliver import Format, deliver
+        from station.archive.deliver import deliver
         from station.archive.from_session import scan_of, volume_of
         from station.archive.iiif import folder_address
         from station.session import read_session
@@ -42,7 +42,7 @@ def export(
         stored = read_session(find_session(index, session))
         delivery = deliver(
             volume_of(stored),
-            Format(to),
+            to,
             output.absolute(),
             address=address,
             now=datetime.now(UTC),

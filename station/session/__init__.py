@@ -1,14 +1,19 @@
-"""Sessions: a volume in a folder that is a BagIt bag, written one event at a time and never overwritten.
+"""Sessions: a volume in a folder that is a BagIt bag.
+
+It is written one event at a time and never overwritten.
 
 events    what one record holds, and its line of JSON
 history   pages and pointers: a fold over the events
 bag       tag files as functions of the events
-reading   what stands in the folder, and completing what an interrupted writer left
+reading   what the folder holds, and completing what an interrupted writer left
 store     create, read, open for writing; one event at a time
 steps     scans, runs of stages, decisions, undo and redo
+rules     corrections as events hold them
+correcting  corrections made, undo and redo with the restorations that fit
 volume    what a session is of
 """
 
+from station.session.correcting import add_rule, correct, redo, undo
 from station.session.events import VOLUME, Event, Input, slot_of
 from station.session.history import History, Page
 from station.session.reading import SessionDamaged
@@ -18,10 +23,8 @@ from station.session.steps import (
     decide,
     move,
     record_run,
-    redo,
     redo_run,
     scan_path,
-    undo,
     undo_run,
 )
 from station.session.store import Session, SessionBroken, Writer, create_session, open_session, read_session
@@ -39,7 +42,9 @@ __all__ = [
     "Volume",
     "Writer",
     "add_files",
+    "add_rule",
     "add_scan",
+    "correct",
     "create_session",
     "decide",
     "move",

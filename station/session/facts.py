@@ -1,6 +1,7 @@
-"""What the facts of an event may be: checked once when a session is read.
+"""What the facts of an event may be.
 
-What shows, judges, exports or restores a page takes them as they are. A session may be damaged, or of somebody else.
+They are checked once when a session is read; the code that shows, checks, exports or restores a page takes them as they
+are. A session may be damaged, or of another origin.
 """
 
 from __future__ import annotations
@@ -8,14 +9,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import PurePosixPath
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, create_model
 
 from station.session.events import VOLUME, Event
 from station.session.history import CAPTURE, History
+from station.session.labelling import LABELS, LEAF_ORDER, MISSING_LEAVES, RUNS
 from station.session.presets import Preset, changed_preset
-from station.session.volume import Volume
+from station.session.rules import EDITS, RULES, RULES_TABLE, EditsTable
+from station.session.volume import Volume, volume_of_facts
 from station.verdict.packed import unpack
 from station.verdict.thresholds import WORSE, Level
 
@@ -61,6 +64,12 @@ class Captured(_Facts):
     provenance: dict[str, Any] = {}
 
 
+class Stage(_Facts):
+    """Facts of a stage."""
+
+    parameters: dict[str, Any] = {}
+
+
 _numbers: Any = dict.fromkeys(WORSE, (Number | None, None))
 Measures = create_model(
     "Measures", __base__=_Facts, fingerprint=(Annotated[str, AfterValidator(_fingerprint)], ...), **_numbers
@@ -76,6 +85,7 @@ class Restored(_Facts):
     page_mm: Lengths | None = None
     dpi: Length | None = None
     measures: Measures | None = None
+    parts: dict[Literal["page", "left", "right"], Restored] = {}
 
 
 class Checked(_Facts):
@@ -98,10 +108,16 @@ class Judged(_Facts):
 
 RESULTS: Mapping[str, type[BaseModel]] = {"restore": Restored, "verdict": Judged}
 VALUES: Mapping[str, TypeAdapter[Any]] = {
-    **{name: TypeAdapter(str) for name in ("label", "side", "note")},
+    **{name: TypeAdapter(str) for name in ("label", "label_left", "label_right", "side", "note")},
     **{name: TypeAdapter(bool) for name in ("mark", "accept")},
     "position": TypeAdapter(Number),
     SETTINGS: TypeAdapter(dict[str, dict[str, Any]]),
+    EDITS: TypeAdapter(EditsTable),
+    RULES: RULES_TABLE,
+    **{name: TypeAdapter(bool) for name in ("left_out", "left_out_left", "left_out_right")},
+    "order": LEAF_ORDER,
+    "missing": MISSING_LEAVES,
+    LABELS: RUNS,
 }
 
 
@@ -116,6 +132,7 @@ def check_facts(history: History) -> None:
             elif event.kind == "capture":
                 Captured.model_validate(dict(event.facts))
             elif event.kind == "stage" and event.name in RESULTS:
+                Stage.model_validate(dict(event.facts))
                 RESULTS[event.name].model_validate(event.facts.get("result"))
             elif event.kind == "decision" and event.name in VALUES:
                 value = VALUES[event.name].validate_python(event.facts.get("value"), strict=True)
@@ -130,11 +147,15 @@ def check_facts(history: History) -> None:
 
 
 def _volume(event: Event) -> Volume:
-    return Volume.model_validate(Created.model_validate(dict(event.facts)).volume)
+    Created.model_validate(dict(event.facts))
+    return volume_of_facts(event.facts)
 
 
 def _check_place(event: Event, history: History) -> None:
-    """Raise ValueError for an event of a slot, a page or a time that its kind cannot have."""
+    """Raise ValueError for a place that an event of its kind cannot have.
+
+    A slot, a page or a time.
+    """
     datetime.fromisoformat(event.time)
     if (event.kind == SESSION) != (event.number == 1):
         raise ValueError("a session begins with one event of its own, and has it once")

@@ -1,14 +1,18 @@
-"""The verdict on a restored page beside the other pages of its session, recorded."""
+"""Records the verdict on a restored page.
+
+Compared with the other pages of its session.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from station.session.current_preset import preset_of
 from station.session.events import Event
 from station.session.history import Page
-from station.session.overview import preset_of
-from station.session.stages import RESTORE, VERDICT, run_verdict
+from station.session.parts import RESTORE, VERDICT, leaf_name, measured_parts
+from station.session.stages import run_verdict
 from station.session.steps import record_run
 from station.session.store import Writer
 
@@ -16,32 +20,49 @@ MAX_COMPARED = 100  # pages that a new one is compared with, the latest: three m
 
 
 def lacks_verdict(page: Page) -> bool:
-    """Whether a page is restored, measured and not judged."""
-    return RESTORE in page.runs and VERDICT not in page.runs and "measures" in page.runs[RESTORE].facts["result"]
+    """Return whether a page is restored and measured, without a verdict."""
+    return (
+        RESTORE in page.runs and VERDICT not in page.runs and bool(measured_parts(page.runs[RESTORE].facts["result"]))
+    )
 
 
 def record_verdict(writer: Writer, restored: Event) -> Event:
-    """Judge a restoration by the limits of the session's preset, and record it.
+    """Check a restoration by the session's limits, and record the verdict.
 
-    Raises OSError when the disk refuses.
+    They are those of its preset. Raises OSError when the disk refuses.
     """
     parameters = {"thresholds": preset_of(writer.session).thresholds.model_dump(mode="json", exclude_none=True)}
     others = list(_restored_pages(writer, without=restored.page))[-MAX_COMPARED:]
-    compared = {other.page: str(other.facts["result"]["measures"]["fingerprint"]) for other in others}
-    run = run_verdict(restored.facts["result"]["measures"], parameters, compared)
+    run = run_verdict(restored.facts["result"], parameters, fingerprints_of(others))
     return record_run(writer, VERDICT, restored, parameters=parameters, result=run.result, others=others)
 
 
+def fingerprints_of(restored: Iterable[Event]) -> dict[str, str]:
+    """Page, or part of a page → fingerprint, of restorations."""
+    return {
+        leaf_name(one.page, part): str(measures["fingerprint"])
+        for one in restored
+        for part, measures in measured_parts(one.facts["result"]).items()
+    }
+
+
 def verdict_lines(name: str, result: Any) -> list[str]:
-    """A verdict for the operator: the level, then each measure that is not green beside its limits, with what to do."""
+    """Return a verdict as lines for the operator.
+
+    The level, then each measure that is not green next to its limits, with what to do.
+    """
     findings: Sequence[Any] = result["checks"]
     lines = [f"{name}: {str(result['level']).upper()}  {len(findings)} checks"]
-    lines += [f"    {one['level']:<6} {one['text']}: {one['hint']}" for one in findings if one["level"] != "green"]
-    return lines
+    return [*lines, *(_line(one) for one in findings if one["level"] != "green")]
+
+
+def _line(check: Any) -> str:
+    part = f"{check['part']}: " if "part" in check else ""
+    return f"    {check['level']:<6} {part}{check['text']}: {check['hint']}"
 
 
 def _restored_pages(writer: Writer, *, without: int) -> Iterator[Event]:
     for page in writer.history.pages():
         run = page.runs.get(RESTORE)
-        if page.number != without and run is not None and "measures" in run.facts["result"]:
+        if page.number != without and run is not None and measured_parts(run.facts["result"]):
             yield run

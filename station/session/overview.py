@@ -2,42 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import pairwise
+from collections.abc import Iterator, Sequence
 from typing import Any
 
-from station.session.events import VOLUME
-from station.session.facts import SETTINGS
-from station.session.history import Page, redo_target, undo_target
+from station.session.corrections import layers_of, outdated_pages
+from station.session.history import redo_target, undo_target
 from station.session.index import level_of, state_of
-from station.session.presets import Preset, changed_preset
+from station.session.leaves import Leaf, label_of, leaves_by_page, missing_labels
 from station.session.store import Session
+from station.verdict.judge import worst
 
-ROW = "{:>5}  {:<8} {:<6} {:<9} {:<6} {}"
-
-
-def preset_of(session: Session) -> Preset:
-    """The preset that the session began with, with the settings that were changed since."""
-    changed = session.history.page(VOLUME).decided(SETTINGS, {})
-    return changed_preset(
-        Preset.model_validate(session.volume.preset_values), changed if isinstance(changed, dict) else {}
-    )
-
-
-def label_of(page: Page, position: int, preset: Preset) -> str:
-    """The label that was decided, else that of the preset's foliation at this position of the volume."""
-    return str(page.decided("label", preset.label(position)))
+ROW = "{:>8}  {:<8} {:<6} {:<9} {:<6} {:<8} {:<6} {}"
 
 
 def overview(session: Session) -> dict[str, Any]:
     """The session as JSON values: what it is of, its pages in the order of the volume."""
-    preset, volume = preset_of(session), session.volume
+    outdated, pages = frozenset(outdated_pages(session)), leaves_by_page(session).values()
     return {
         "id": session.identifier,
         "folder": str(session.folder),
-        **volume.model_dump(mode="json", exclude={"preset_values"}),
+        **session.volume.model_dump(mode="json", exclude={"preset_values"}),
         "events": len(session.history.events),
-        "pages": [_page(page, at, preset) for at, page in enumerate(session.history.pages(), 1)],
+        "pages": [_page(session, parts, at, parts[0].page.number in outdated) for at, parts in enumerate(pages, 1)],
     }
 
 
@@ -47,38 +33,45 @@ def overview_lines(session: Session) -> Iterator[str]:
     yield f"{told['title']}  {told['project']}".rstrip()
     yield f"{session.folder}, {len(told['pages'])} pages, {told['events']} events, preset {told['preset']}"
     if told["pages"]:
-        yield ROW.format("page", "label", "side", "state", "level", "note").rstrip()
+        yield ROW.format("page", "label", "side", "state", "level", "kind", "edited", "note").rstrip()
     for page in told["pages"]:
-        marked = "* " if page["mark"] else ""
-        cells = page["page"], page["label"], page["side"], page["state"], page["level"], marked + page["note"]
-        yield ROW.format(*(" ".join(str(cell).split()) for cell in cells)).rstrip()
+        for part in page["parts"]:
+            marked = "* " if page["mark"] else ""
+            edited = "later" if page["outdated"] else "yes" if page["edited"] else ""
+            state = "left out" if part.get("left_out") else page["state"]
+            cells = (part["name"], part["label"], part["side"], state, part["level"], page["kind"], edited)
+            yield ROW.format(*(" ".join(str(cell).split()) for cell in (*cells, marked + page["note"]))).rstrip()
     for gap in missing_labels(session):
         yield f"pages are missing {gap}"
     for name, step in (("undo", undo_target(session.history)), ("redo", redo_target(session.history))):
         if step is not None:
-            yield f"{name}: {step.name} of page {step.page}"
+            yield f"{name}: {step.name} of {f'page {step.page}' if step.page else 'the volume'}"
 
 
-def missing_labels(session: Session) -> list[str]:
-    """Where the labels, as decided or by the preset, leave out pages: `between 12 and 15`."""
-    preset = preset_of(session)
-    labels = [label_of(page, at, preset) for at, page in enumerate(session.history.pages(), 1)]
-    numbered = [(label, place) for label in labels if (place := preset.place(label)) is not None]
-    return [f"between {one} and {two}" for (one, at), (two, then) in pairwise(numbered) if then > at + 1]
-
-
-def _page(page: Page, position: int, preset: Preset) -> dict[str, Any]:
+def _page(session: Session, parts: Sequence[Leaf], position: int, outdated: bool) -> dict[str, Any]:
+    page = parts[0].page
     assert page.capture is not None
     return {
         "page": page.number,
         "position": position,
-        "label": label_of(page, position, preset),
-        "side": str(page.decided("side", preset.side(position))),
+        "label": label_of(parts),
+        "side": parts[0].side if len(parts) == 1 else "",
         "state": state_of(page),
         "level": level_of(page),
+        "kind": parts[0].kind,
+        "edited": bool(layers_of(session, page)),
+        "outdated": outdated,
         "mark": bool(page.decided("mark", False)),
         "note": str(page.decided("note", "")),
         "capture": page.capture.number,
         "captured": page.capture.time,
         "runs": {name: run.number for name, run in page.runs.items()},
+        "parts": [_part(leaf) for leaf in parts],
     }
+
+
+def _part(leaf: Leaf) -> dict[str, Any]:
+    level = worst([check["level"] for check in leaf.checks]) if leaf.is_checked else ""
+    return {"part": leaf.part, "name": leaf.name, "label": leaf.label, "side": leaf.side, "level": level} | (
+        {"left_out": True} if leaf.is_left_out else {}
+    )

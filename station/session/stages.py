@@ -1,10 +1,13 @@
-"""Stages that derive something from a page's scan: the same bytes from the same input and parameters."""
+"""Stages that derive something from a page's scan.
+
+The same bytes from the same input and parameters.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,29 +15,31 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 
 from restore import RestoreError, Settings
-from station.choices import Rotation, Sheets
+from station.choices import Layout, Rotation, Sheets
 from station.progress import Progress, silent
-from station.run.destination import Destination
+from station.run.destination import Destination, Outcome
 from station.run.one_page import restore_file
 from station.run.options import RunOptions
 from station.run.photos import photographed_page
+from station.session.parts import STEM, measured_parts, parts_of
 from station.session.photographs import pictures_in
-from station.verdict.judge import as_result, judge
+from station.session.rules import edits_of
+from station.verdict.judge import Check, as_result, judge, questions, worst_first
 from station.verdict.measures import left_out_fraction, measured
 from station.verdict.thresholds import Thresholds
 
-RESTORE, VERDICT = STAGES = "restore", "verdict"
-STEM = "page"
-PAGE, REPORT = f"{STEM}.png", f"{STEM}.json"
+PAGE = f"{STEM}.png"
 # Of a report: what differs between two runs, and what only the place of the files decides.
 VARYING = ("seconds", "peak_memory_mb", "scan", "photographs", "files")
+RESOURCES = ("seconds", "peak_memory_mb")
 
 
 class RestoreParameters(BaseModel):
     """All that a restoration depends on beside its scan, as `planish restore` has it.
 
-    Of several sheets in one scan the largest is the page: a page of a session is one picture.
+    Of several sheets in one scan the largest is the page, unless a layout splits an opened book in its leaves.
     scale: of photographs, as `planish photos` has it; None for a scan.
+    edits: corrections by hand, as `PageEdits`; None without.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -45,18 +50,22 @@ class RestoreParameters(BaseModel):
     scale: str | None = None
     rotate: Rotation = Rotation.NONE
     allow_distorted: bool = False
+    layout: Layout = Layout.SINGLE
+    edits: dict[str, Any] | None = None
 
     def options(self) -> RunOptions:
         """The options of the run."""
         outputs = frozenset({*self.outputs, "coverage"})
-        return RunOptions(**{**dict(self), "outputs": outputs, "sheets": Sheets.LARGEST})
+        edits = None if self.edits is None else edits_of(self.edits)
+        return RunOptions(**{**dict(self), "outputs": outputs, "sheets": Sheets.LARGEST, "edits": edits})
 
 
 @dataclass(frozen=True)
 class Run:
-    """What a stage gave, beside its files.
+    """Result of a stage, in addition to its files.
 
-    result  follows from input and parameters. facts  does not: seconds, memory.
+    result: follows from input and parameters.
+    facts: does not: seconds, memory.
     """
 
     result: Mapping[str, Any]
@@ -68,9 +77,10 @@ Submit = Callable[[Path, Mapping[str, Any], Path], Future[Run]]
 
 
 def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, progress: Progress = silent) -> Run:
-    """Restore a stored scan into a new folder, and measure the page; for worker processes, too.
+    """Restore a stored scan into a new folder, and measure the page.
 
-    A scan that cannot be restored gives a result with `error` and no files. Raises OSError when the disk refuses.
+    For worker processes, too. A scan that cannot be restored gives a result with `error` and no files. Raises OSError
+    when the disk refuses.
     """
     options = RestoreParameters.model_validate(dict(parameters)).options()
     try:
@@ -81,13 +91,45 @@ def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, pr
     except RestoreError as error:  # of the scan, and so the same on the next run
         folder.mkdir(parents=True, exist_ok=True)
         return Run({"error": str(error), "hint": error.hint})
-    (folder / REPORT).unlink()  # the record holds it, without what differs between two runs
-    result = {name: value for name, value in outcome.report.items() if name not in VARYING}
-    result["measures"] = {**result["measures"], "left_out_fraction": left_out_fraction(outcome.report)}
-    return Run(result, {name: outcome.report[name] for name in ("seconds", "peak_memory_mb")})
+    for path in folder.glob(f"{STEM}*.json"):
+        path.unlink()  # the record holds it, without what differs between two runs
+    if "sheets" not in outcome.report:
+        return Run(_result(outcome.report), {name: outcome.report[name] for name in RESOURCES})
+    parts = {str(report["part"]): _result(report) for report in outcome.report["sheets"]}
+    return Run({"parts": parts | _failed(outcome)}, _resources(outcome))
 
 
-def run_verdict(measures: Mapping[str, Any], parameters: Mapping[str, Any], others: Mapping[int, str]) -> Run:
-    """The verdict on a restored page. parameters: `thresholds`. others: page → fingerprint of those compared with."""
+def _result(report: Mapping[str, Any]) -> dict[str, Any]:
+    """What follows from input and parameters, of the report of a page."""
+    result = {name: value for name, value in report.items() if name not in VARYING}
+    return {**result, "measures": {**result["measures"], "left_out_fraction": left_out_fraction(report)}}
+
+
+def _failed(outcome: Outcome) -> dict[str, dict[str, str]]:
+    """The leaves of an opened book that could not be restored, with the reasons."""
+    return {str(one["part"]): {"error": str(one["reason"]), "hint": ""} for one in outcome.report["rejected"]}
+
+
+def _resources(outcome: Outcome) -> dict[str, Any]:
+    """Seconds of each stage and the peak of the memory, over the parts of a restoration."""
+    reports = outcome.report["sheets"]
+    seconds = dict(reports[0]["seconds"])
+    for report in reports[1:]:
+        for stage, more in report["seconds"].items():
+            seconds[stage] = seconds.get(stage, 0.0) + more
+    return {"seconds": seconds, "peak_memory_mb": max(report["peak_memory_mb"] for report in reports)}
+
+
+def run_verdict(result: Mapping[str, Any], parameters: Mapping[str, Any], others: Mapping[str, str]) -> Run:
+    """The verdict on a restoration: of its parts, each check with the part that it is of.
+
+    parameters: `thresholds`. others: page or part of a page → fingerprint of those compared with.
+    """
     thresholds = Thresholds.model_validate(parameters["thresholds"])
-    return Run(as_result(*judge(measures, thresholds, others)))
+    parts, measured_ones = parts_of(result), measured_parts(result)
+    lost = {"left_out_fraction": 1.0} if len(measured_ones) < len(parts) else {}  # the other leaf, as large as this
+    checks: list[Check] = []
+    for part, measures in measured_ones.items():
+        found = (*judge({**measures, **lost}, thresholds, others)[1], *questions(parts[part]))
+        checks += [replace(check, part=part) for check in found] if len(parts) > 1 else found
+    return Run(as_result(worst_first(checks)))

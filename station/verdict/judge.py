@@ -1,11 +1,13 @@
-"""Green, amber or red: a measure beside the limits of a preset."""
+"""Green, amber or red: a measure compared with a preset's limits."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from restore import Finding
 from station.verdict.same_page import similarity
 from station.verdict.thresholds import LEVELS, Level, Limits, Thresholds
 
@@ -45,9 +47,16 @@ CHECKS = {
 }
 
 
+# Findings that an operator has to answer, whatever the limits: code → name of the check, what to do.
+QUESTIONS = {
+    "layout_unsure": ("layout", "split the page, or set its layout to whole: planish session edits"),
+}
+ASKED: Limits = (0.5, 1.5)  # of the number of such findings: one is amber
+
+
 @dataclass(frozen=True)
 class Check:
-    """One measure beside its limits. text: for the operator."""
+    """One measure and its limits. part: of the page, empty for the whole."""
 
     name: str
     level: Level
@@ -55,12 +64,25 @@ class Check:
     limits: Limits
     text: str
     hint: str
+    part: str = ""
+
+
+def questions(report: Mapping[str, Any]) -> list[Check]:
+    """Return the findings of a report that an operator has to answer."""
+    found: list[Finding] = []
+    with suppress(ValueError):
+        found = [one for one in Finding.all_in(report) if one.code in QUESTIONS]
+    names = ((*QUESTIONS[one.code], one.text) for one in found)
+    return [Check(name, "amber", 1.0, ASKED, text, hint) for name, hint, text in names]
 
 
 def judge(
-    measures: Mapping[str, Any], thresholds: Thresholds, others: Mapping[int, str]
+    measures: Mapping[str, Any], thresholds: Thresholds, others: Mapping[int, str] | Mapping[str, str]
 ) -> tuple[Level, tuple[Check, ...]]:
-    """The level of a page and the checks, the worst first. others: page → fingerprint of the other pages."""
+    """Return the level of a page and the checks, the worst first.
+
+    others: page → fingerprint of the other pages.
+    """
     likeness = {page: similarity(measures["fingerprint"], other) for page, other in others.items()}
     values = {**measures, "similarity": max(likeness.values(), default=None)}
     checks = []
@@ -72,8 +94,12 @@ def judge(
             checks.append(
                 Check(name, level, float(value), limits, _text(name, value, limits, with_page), CHECKS[name][2])
             )
-    checks.sort(key=lambda check: -LEVELS.index(check.level))
-    return worst([check.level for check in checks]), tuple(checks)
+    return worst([check.level for check in checks]), worst_first(checks)
+
+
+def worst_first(checks: Iterable[Check]) -> tuple[Check, ...]:
+    """The checks in the order in which to look at them."""
+    return tuple(sorted(checks, key=lambda check: -LEVELS.index(check.level)))
 
 
 def level_of(value: float, limits: Limits) -> Level:
@@ -91,9 +117,14 @@ def worst(levels: Sequence[Level]) -> Level:
     return max(levels, key=LEVELS.index, default="green")
 
 
-def as_result(level: Level, checks: Sequence[Check]) -> dict[str, Any]:
+def as_result(checks: Sequence[Check]) -> dict[str, Any]:
     """The verdict as JSON values, as it is recorded; its checks are under `checks` there."""
-    return {"level": level, "checks": [{**asdict(one), "limits": list(one.limits)} for one in checks]}
+    return {"level": worst([check.level for check in checks]), "checks": [_as_json(check) for check in checks]}
+
+
+def _as_json(check: Check) -> dict[str, Any]:
+    table = {**asdict(check), "limits": list(check.limits)}
+    return table if check.part else {name: value for name, value in table.items() if name != "part"}
 
 
 def _text(name: str, value: float, limits: Limits, with_page: str) -> str:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from drivers.simulated import Flat, shoot
 from oracles.layout import layout_error
@@ -12,6 +13,7 @@ PIXELS = 100_000
 FLAT_MM = 0.05  # a flat page in FAST mode is about half as far off
 
 
+@pytest.mark.slow
 def test_the_layout_of_a_page_is_compared_pixel_by_pixel():
     scan, truth = shoot(Flat(), seed=1, mode="fast")
     page = restore(scan, Settings(dpi=100))

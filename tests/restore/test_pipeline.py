@@ -204,6 +204,7 @@ def _apart(one: RestoredPage, other: RestoredPage) -> float:
     return float(np.sqrt((rest**2).sum(axis=1).mean()))
 
 
+@pytest.mark.slow
 def test_fast_mode():
     measured = error(page("multi-fold", mode="fast"), shot("multi-fold", mode="fast")[1])
     assert measured.found == measured.of
@@ -269,6 +270,14 @@ def test_shading_is_removed_on_request():
     assert removed.report["light"]["unevenness"] < 0.25 * removed.report["light"]["unevenness_before"]
 
 
+def test_the_light_that_is_removed_is_the_same_at_every_resolution():
+    scan = shot("curl")[0]
+    coarse, fine = (restore(scan, Settings(shading="remove", dpi=dpi)) for dpi in (40, 200))
+    assert coarse.report["light"]["removed"]
+    assert coarse.report["light"] == fine.report["light"]
+
+
+@pytest.mark.slow
 def test_bare_paper_is_made_neutral_on_request_and_the_master_keeps_its_colour():
     scan, _ = shoot(CASES["curl"].sheet, White(), seed=3, mode="fast")
     texture = (scan.texture * np.array([1.0, 0.85, 0.7])).astype(np.uint8)
@@ -286,9 +295,11 @@ def test_a_relief_without_colour_keeps_its_shading():
     assert np.ptp(image[image < 255]) > 50
 
 
+@pytest.mark.slow
 def test_the_report_has_the_cut_of_the_page_that_its_maps_show():
     scan, restored = shot("curl")[0], page("curl")
-    cut = cropped_fraction(restored.coverage != CoverageClass.OUTSIDE, restored.page_map, scan.texture.shape[:2])
+    shown, source = restored.coverage != CoverageClass.OUTSIDE, restored.page_map
+    cut = cropped_fraction(shown, source.__getitem__, scan.texture.shape[:2])
     assert restored.report["coverage"]["cropped_fraction"] == cut < 0.01
     narrow = replace(scan, points=scan.points[:, 200:], texture_xy=scan.texture_xy[:, 200:] - [200.0, 0.0])
     narrow = replace(narrow, texture=scan.texture[:, 200:])
@@ -296,6 +307,7 @@ def test_the_report_has_the_cut_of_the_page_that_its_maps_show():
     assert restore(replace(scan, texture=None), Settings(dpi=50)).report["coverage"]["cropped_fraction"] is None
 
 
+@pytest.mark.slow
 def test_a_sheet_of_a_scan_is_the_page_of_the_scan():
     scan = shot("curl")[0]
     (sheet,) = separate_sheets(scan)
@@ -316,6 +328,7 @@ def test_flatten_a_scan_that_came_as_a_mesh():
     assert flatten(mesh).flat == pytest.approx(mesh.flat, abs=5.0)  # chords of 9 mm over a bend of 100 mm, unsquared
 
 
+@pytest.mark.slow
 def test_samples_missed_by_the_laser_but_seen_by_the_camera_are_reported_as_filled():
     scan, _ = shoot(CASES["curl"].sheet, White(), seed=3, mode="fast")
     points = scan.points.copy()

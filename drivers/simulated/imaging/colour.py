@@ -43,12 +43,14 @@ def photograph(
     noise: bool = True,
     shaded: bool = True,
     noise_codes: float = NOISE_CODES,
+    blur_px: float = BLUR_PX,
 ) -> Bytes:
     """(480, 640, 3) uint8 RGB: every pixel the mean over its area, then the lens's blur and the sensor's noise.
 
     noise        False for a picture without blur or noise.
     shaded       False for the same light everywhere, that on paper which faces the scanner in mid-picture.
     noise_codes  standard deviation of the sensor's noise.
+    blur_px      standard deviation of the lens's blur; more for a lens that is out of focus.
     """
     import cv2
 
@@ -67,7 +69,7 @@ def photograph(
     size = (TEXTURE_COLS, TEXTURE_ROWS)
     codes, light = (cv2.resize(paint[..., part], size, interpolation=cv2.INTER_AREA) for part in (_INK, _LIGHT))
     if noise:
-        codes, light = (cv2.GaussianBlur(field, (0, 0), BLUR_PX) for field in (codes, light))
+        codes, light = (cv2.GaussianBlur(field, (0, 0), blur_px) for field in (codes, light))
     codes = srgb(linear(codes) * light)
     if noise:
         codes = codes + rng.normal(0, noise_codes, codes.shape).astype(np.float32)

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from drivers.simulated.imaging.colour import photograph
+from drivers.simulated.imaging.colour import BLUR_PX, photograph
 from drivers.simulated.imaging.exposure import relative_exposure
 from drivers.simulated.imaging.facemaps import FaceMaps
 from drivers.simulated.imaging.optics import SATURATION_SIGNAL, RayHits, measure_pitch, trace_rays
@@ -83,11 +83,23 @@ def quantise(pitch: Floats, signal: Floats) -> Sums:
 
 
 class SceneSensor:
-    """The sensor of a body looking at a scene. Noise differs from shot to shot and repeats with the seed."""
+    """The sensor of a body before a scene. Noise differs by shot, and repeats with the seed.
 
-    def __init__(self, scene: Scene, body: Calibration, distance_mm: float, *, seed: int, contrast: bool) -> None:
+    blur_px  of the colour image.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        body: Calibration,
+        distance_mm: float,
+        *,
+        seed: int,
+        contrast: bool,
+        blur_px: float = BLUR_PX,
+    ) -> None:
         self.distance_mm, self.contrast = distance_mm, contrast
-        self._scene, self._body, self._seed = scene, body, seed
+        self._scene, self._body, self._seed, self._blur_px = scene, body, seed, blur_px
         self._caster, self._maps = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene)
         # Two modes at two distances: a preview is followed by shots of the same. 25 MB each.
         self._traced: Callable[[Mode, float], RayHits] = lru_cache(maxsize=4)(self._trace)
@@ -100,7 +112,8 @@ class SceneSensor:
 
     def colour(self, shot: int) -> Bytes:
         """See Sensor."""
-        return photograph(self._scene, self._caster, self._maps, self._body, self._noise(shot, 1))
+        noise = self._noise(shot, 1)
+        return photograph(self._scene, self._caster, self._maps, self._body, noise, blur_px=self._blur_px)
 
     def truth(self, mode: Mode) -> Truth:
         """Ground truth of every shot of a mode."""

@@ -50,7 +50,9 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Calibration:
-    """The geometry of one body and one lens. The geometry has no defaults: a truncated file is refused.
+    """Geometry of one body and one lens.
+
+    The geometry has no defaults: a truncated file is refused.
 
     body, lens_serial  serial numbers, empty where they are not known.
     baseline_mm        from the lens centre down to the axis of the galvano mirror.
@@ -80,7 +82,10 @@ class Calibration:
     measured: Measurement | None = None
 
     def as_json(self) -> dict[str, Any]:
-        """The calibration as JSON values, for the provenance of a scan; `calibration_of` reads them back."""
+        """Return the calibration as JSON values, for the provenance of a scan.
+
+        `calibration_of` reads them back.
+        """
         fields = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
         return {name: value for name, value in fields.items() if name != "measured" or value is not None}
 
@@ -105,7 +110,10 @@ def nominal(lens: Lens, *, body: str = "", lens_serial: str = "") -> Calibration
 
 
 def read_calibration(path: Path) -> Calibration:
-    """Read a calibration file. Raises SettingsError when it cannot be read, is damaged, or has impossible values."""
+    """Read a calibration file.
+
+    Raises SettingsError when it cannot be read, is damaged, or has impossible values.
+    """
     try:
         table = read_toml(path)
     except OSError as error:
@@ -119,8 +127,9 @@ def read_calibration(path: Path) -> Calibration:
 
 
 def calibration_of(table: Mapping[str, Any], where: str) -> Calibration:
-    """The calibration that a table of a file, or of a scan's provenance, describes; `where` names it in the message.
+    """Return the calibration of a table in a file or a scan's provenance.
 
+    where: name of the table in messages.
     Raises SettingsError for a missing, unknown or impossible value.
     """
     try:
@@ -134,7 +143,10 @@ def calibration_of(table: Mapping[str, Any], where: str) -> Calibration:
 
 
 def encode_calibration(calibration: Calibration, *, comments: Sequence[str] = ()) -> str:
-    """The text of a calibration file that `read_calibration` gives back exactly, under lines of comment."""
+    """Return the text of a calibration file, under lines of comment.
+
+    `read_calibration` gives the calibration back exactly.
+    """
     lines = [f"# {comment}".rstrip() for comment in ("Planish: calibration of a Vivid 900", *comments)]
     lines += ["", f"format = {FORMAT}"]
     table = calibration.as_json()
@@ -149,7 +161,10 @@ _ADAPTER: TypeAdapter[Calibration] = TypeAdapter(Calibration)
 
 
 def _check_one_to_one(calibration: Calibration, where: str) -> None:
-    """Every pixel must have one line of sight, and every stripe plane one position of the mirror."""
+    """Check that pixels and lines of sight correspond one to one.
+
+    So must stripe planes and positions of the mirror.
+    """
     corner = np.hypot(TEXTURE_COLS, TEXTURE_ROWS) / calibration.focal_px  # twice as far out as any pixel
     radius = np.linspace(0, corner, 65)
     k1, k2 = calibration.distortion

@@ -2,10 +2,10 @@
 
 A cubic term biases the slope of a quadratic by the third derivatives of the surface, times moments of the window. They
 are the second derivatives of the slopes, estimated from mean slopes a window apart, which adds little noise.
-
-A way along facets whose slopes scatter is longer than the surface is, in the mean by half the variance of the slope.
-The noise of single samples does not tell it: beside print, samples are off together. But slopes of windows that share
-no sample scatter by themselves, and on smooth paper their third differences have hardly anything else in them.
+A path along facets whose slopes scatter is longer than the surface is, in the mean by half the variance of the slope.
+The noise of single samples does not show it: near print, the errors of samples are correlated. But slopes of windows
+without common samples scatter independently, and on smooth paper their third differences have hardly anything else in
+them.
 """
 
 from __future__ import annotations
@@ -20,17 +20,18 @@ SQUARED = 1.0 + 9.0 + 9.0 + 1.0  # coefficients of a third difference: its varia
 MOST = 12.0  # medians of the squares: a bend that was not found to be a crease; of normal noise all but one in 50
 KEPT = 0.876  # of the mean square of normal noise have those within: at MOST medians, the distribution function of χ²
 # with three degrees of freedom over that with one
-LINES = 4  # from row to row that is looked at: windows of those between share most of their samples with them
+LINES = 4  # from row to row that is looked at: windows in between have mostly the same samples
 AVERAGED = 61  # samples along a row, and the same across in every LINES-th: the square of which the mean is taken
 OF_PAGE = 25.0  # squares by which the mean of the whole page counts besides
-FULL = 1.0 - 1e-6  # share of a window
+FULL = 1.0 - 1e-6  # fraction of a window
 
 
 def slope_variances(slope: Floats, sound: Mask, radius: int = WIDE_RADIUS) -> Floats:
-    """(rows, cols, 2) variance of the slope per column and of the slope per row, (1/mm)².
+    """Return the variance of the slopes per column and per row, (1/mm)².
 
-    slope (rows, cols, 2) of facets; sound (rows, cols): those in the middle of whole windows of a radius, samples. 0 on
-    a page too narrow for a third difference.
+    slope: (rows, cols, 2), of facets.
+    sound: (rows, cols), those in the centre of whole windows of a radius, samples.
+    Returns (rows, cols, 2), 0 on a page too narrow for a third difference.
     """
     across = _along_rows(slope[..., 0], sound, 2 * radius + 1)
     down = _along_rows(slope[..., 1].T, sound.T, 2 * radius + 1).T
@@ -38,13 +39,19 @@ def slope_variances(slope: Floats, sound: Mask, radius: int = WIDE_RADIUS) -> Fl
 
 
 def _along_rows(slope: Floats, sound: Mask, apart: int) -> Floats:
-    """(rows, cols) variance of the slope along the rows; every row has that of the last row which was looked at."""
+    """Return the variance (rows, cols) of the slope along the rows.
+
+    Every row has that of the last row which was evaluated.
+    """
     found = _averaged(_squares_along_rows(slope[::LINES], sound[::LINES], apart))
     return np.repeat(found, LINES, axis=0)[: len(slope)]
 
 
 def _squares_along_rows(slope: Floats, sound: Mask, apart: int) -> Floats:
-    """(rows, cols) squared third differences along the rows, as variances of a slope; NaN beside what is not sound."""
+    """Return squared third differences along rows, as slope variances.
+
+    Returns (rows, cols), NaN next to invalid slopes.
+    """
     known = np.where(sound, slope, np.nan)
     first, second = known[:, : -3 * apart], known[:, apart : -2 * apart]
     third, fourth = known[:, 2 * apart : -apart], known[:, 3 * apart :]
@@ -54,7 +61,10 @@ def _squares_along_rows(slope: Floats, sound: Mask, apart: int) -> Floats:
 
 
 def _averaged(squares: Floats) -> Floats:
-    """(rows, cols) mean of the squares round every sample, those left out that are no noise."""
+    """Return the mean of the squares round every sample, (rows, cols).
+
+    Those that are not noise are left out.
+    """
     known = np.isfinite(squares)
     if not known.any():
         return np.zeros(squares.shape)
@@ -70,9 +80,11 @@ def _averaged(squares: Floats) -> Floats:
 
 
 def unbiased(slope: Floats, sound: Mask, radius: int = WIDE_RADIUS) -> Floats:
-    """(rows, cols, 2) the slopes per column and per row, corrected where the slopes a window away are known.
+    """Return the slopes per column and row without their bias.
 
-    slope (rows, cols, 2) of quadratics; sound (rows, cols): those in the middle of whole windows of a radius, samples.
+    They are corrected where the slopes a window away are known.
+    slope: (rows, cols, 2), of quadratics.
+    sound: (rows, cols), those in the centre of whole windows of a radius, samples.
     """
     across = _unbiased_along_rows(slope[..., 0], sound, radius)
     down = _unbiased_along_rows(slope[..., 1].T, sound.T, radius).T
@@ -80,14 +92,17 @@ def unbiased(slope: Floats, sound: Mask, radius: int = WIDE_RADIUS) -> Floats:
 
 
 def cubic_biases(radius: int) -> tuple[float, float]:
-    """Return the slopes in x of the quadratics that fit x³/6 and x·y²/2; true ones are 0."""
+    """Return the slopes in x of the quadratics that fit x³/6 and x·y²/2.
+
+    The true ones are 0.
+    """
     second_moment = radius * (radius + 1) / 3
     fourth_over_second = (3 * radius * (radius + 1) - 1) / 5
     return fourth_over_second / 6, second_moment / 2
 
 
 def _unbiased_along_rows(slope: Floats, sound: Mask, radius: int) -> Floats:
-    """(rows, cols) slopes along the rows (rows, cols), corrected."""
+    """Return slopes along the rows (rows, cols), corrected."""
     apart, (along, across) = 2 * radius + 1, cubic_biases(radius)
     known = np.where(sound, slope, 0.0), sound.astype(float)
     mean, share = (cv2.blur(values, (apart, apart), borderType=cv2.BORDER_CONSTANT) for values in known)
@@ -96,7 +111,10 @@ def _unbiased_along_rows(slope: Floats, sound: Mask, radius: int) -> Floats:
 
 
 def _second_differences(values: Floats, apart: int) -> Floats:
-    """(rows, cols) second differences down the columns, for each sample squared; 0 where a value is missing."""
+    """Return second differences (rows, cols) down the columns.
+
+    For each sample squared; 0 where a value is missing.
+    """
     differences = np.zeros(values.shape)
     differences[apart:-apart] = (values[: -2 * apart] - 2.0 * values[apart:-apart] + values[2 * apart :]) / apart**2
     differences[np.isnan(differences)] = 0.0

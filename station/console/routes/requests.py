@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
+from station.archive.formats import Format
 from station.session.events import MAX_NUMBER, MAX_PAGE
 from station.session.volume import MAX_TEXT
 
@@ -73,5 +74,5 @@ class Export(_Request):
     """An export of a session, the open one where none is named."""
 
     session: SessionName | None = None
-    format: Literal["bagit", "mets", "iiif", "pdf", "tiff", "mesh"]
+    format: Format
     url: Annotated[str, Field(max_length=500, pattern=r"^https?://[^\s<>\"]+$")] | None = None

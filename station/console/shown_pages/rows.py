@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 from restore import BadInput
@@ -10,10 +10,11 @@ from station.console.faults import ConsoleFault
 from station.console.shown_pages.layers import layers_of, models_of, opened, stored_file
 from station.console.shown_pages.units import UNITS
 from station.session import VOLUME, Event, Page, Session
+from station.session.corrections import outdated_pages
 from station.session.index import level_of, state_of
-from station.session.overview import label_of, preset_of
-from station.session.presets import Preset
-from station.session.stages import PAGE, RESTORE, VERDICT
+from station.session.leaves import Leaf, label_of, leaves_by_page
+from station.session.parts import RESTORE, VERDICT, errors_of
+from station.session.stages import PAGE
 from station.verdict.judge import LEVELS
 
 Row = dict[str, Any]
@@ -22,9 +23,12 @@ SHOWN_FACTS = ("value", "to", "reason")  # of an event, in the list of events
 
 
 def rows_of(session: Session, restoring: Collection[int] = ()) -> list[Row]:
-    """A row for each page, in the order of the volume. restoring: numbers of the pages that are being restored."""
-    preset = preset_of(session)
-    return [_row(page, at, preset, restoring) for at, page in enumerate(session.history.pages(), 1)]
+    """Return a row for each page, in the order of the volume.
+
+    restoring: numbers of the pages that are being restored.
+    """
+    outdated, pages = frozenset(outdated_pages(session)), leaves_by_page(session).values()
+    return [_row(parts, at, outdated, restoring) for at, parts in enumerate(pages, 1)]
 
 
 def detail_of(session: Session, row: Row) -> dict[str, Any]:
@@ -63,12 +67,13 @@ def finding_of(stored: dict[str, Any]) -> dict[str, Any]:
 
 
 def rank_of(page: Page) -> float:
-    """How bad a page is: the number of its level, and how far its worst measure is past the limit, 0 to 1.
+    """Return how bad a page is.
 
-    A page that could not be restored is worst of all; one that is not judged comes before green ones.
+    The number of its level, and how far its worst measure is past the limit, 0 to 1. A page that could not be restored
+    is worst of all; one that is not checked comes before green ones.
     """
     restored, judged = page.runs.get(RESTORE), page.runs.get(VERDICT)
-    if restored is not None and "error" in restored.facts["result"]:
+    if restored is not None and any(errors_of(restored.facts["result"])):
         return float(len(LEVELS))
     if judged is None:
         return 0.5
@@ -78,13 +83,17 @@ def rank_of(page: Page) -> float:
 
 
 def _past(finding: dict[str, Any]) -> float:
-    """Share of the way from the amber limit to the red one and beyond, below 1."""
+    """Return the position of a finding from the amber limit on.
+
+    A fraction of the way to the red limit and beyond, below 1.
+    """
     amber, red = finding["limits"]
     way = (finding["value"] - amber) / ((red - amber) or 1.0)
     return min(max(way, 0.0) / (1.0 + max(way, 0.0)), 0.999)
 
 
-def _row(page: Page, position: int, preset: Preset, restoring: Collection[int]) -> Row:
+def _row(parts: Sequence[Leaf], position: int, outdated: Collection[int], restoring: Collection[int]) -> Row:
+    page = parts[0].page
     assert page.capture is not None
     restored = page.runs.get(RESTORE)
     failed = None if restored is None else restored.facts["result"].get("error")
@@ -92,8 +101,11 @@ def _row(page: Page, position: int, preset: Preset, restoring: Collection[int]) 
         "page": page.number,
         "position": position,
         "order": _order(page),
-        "label": label_of(page, position, preset),
-        "side": str(page.decided("side", preset.side(position))),
+        "label": label_of(parts),
+        "side": parts[0].side if len(parts) == 1 else "",
+        "parts": [{"part": leaf.part, "name": leaf.name, "label": leaf.label, "side": leaf.side} for leaf in parts],
+        "kind": parts[0].kind,
+        "outdated": page.number in outdated,
         "state": state_of(page),
         "restored": restored is not None and failed is None,
         "failed": {"text": failed, "hint": restored.facts["result"].get("hint", "")} if restored and failed else None,
@@ -153,5 +165,5 @@ def _pixels(session: Session, restored: Event | None) -> list[int] | None:
 def _size(session: Session, event: Event, name: str) -> int:
     try:
         return session.path(event, name).lstat().st_size
-    except OSError:  # missing: planish verify tells
+    except OSError:  # missing: planish verify reports it
         return 0

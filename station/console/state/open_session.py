@@ -1,4 +1,7 @@
-"""The one open session: its capture loop works in a thread, or another process has it and this one reads it."""
+"""The one open session.
+
+Its capture loop works in a thread, or another process has it and this one reads it.
+"""
 
 from __future__ import annotations
 
@@ -13,18 +16,20 @@ from typing import Any
 
 from restore import RangeScan
 from station.capture_loop.loop import CaptureLoop, Task
+from station.capture_loop.turning import Place, stay
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.rows import Row, rows_of
 from station.session import Page, Session, decide, open_session, read_session
 from station.session.bag import LOG, TAG_MANIFEST
+from station.session.corrections import needs_restoration
 from station.session.judging import lacks_verdict
-from station.session.stages import RESTORE, Submit, run_restore
+from station.session.stages import Submit, run_restore
 from station.session.store import identity_of
 from station.workers.background import background
 
 DECISION_S = 150.0  # for a decision to be recorded: after the shot that is under way, at the latest
-MEASURED = 10  # pages whose size tells how many more the disk takes
-OUTPUTS = ("model",)  # files of a restoration that the console shows, beside those of the preset
+MEASURED = 10  # pages whose size predicts how many more the disk takes
+OUTPUTS = ("model",)  # files of a restoration that the web interface shows, in addition to the preset's
 
 
 Restorations = Callable[[], AbstractContextManager[Submit]]
@@ -46,7 +51,10 @@ class Listener:
 
 
 class _Leave(Exception):
-    """Raised in the loop's thread to end it: what is being restored is taken up at the next opening."""
+    """Raised in the loop's thread to end it.
+
+    What is being restored is continued at the next opening.
+    """
 
 
 class OpenSession:
@@ -104,7 +112,10 @@ class OpenSession:
         raise ConsoleFault("no_page", f"the session has no page {number}")
 
     def page_sizes(self) -> list[int]:
-        """Bytes of each of the latest pages that are restored: its scan and what was made of it."""
+        """Return the bytes of each of the latest restored pages.
+
+        Its scan and its derivatives.
+        """
         session, sizes = self.session, []
         for row in self.rows()[-MEASURED:]:
             if row["restore"] is not None:
@@ -127,8 +138,10 @@ class WritableSession(OpenSession):
         *,
         restorations: Restorations = IN_BACKGROUND,
         outputs: tuple[str, ...] = OUTPUTS,
+        turn: Callable[[Place], None] = stay,
     ) -> None:
         super().__init__(folder)
+        self._turn = turn
         self._shoot, self._listener, self._restorations, self._outputs = shoot, listener, restorations, outputs
         self._opened: Future[None] = Future()
         self._thread = threading.Thread(target=self._work, name=f"capture loop {self.name}", daemon=True)
@@ -171,14 +184,20 @@ class WritableSession(OpenSession):
         return {**self._recovery, "resumed": self._resumed, "left": len(waiting & set(self._resumed))}
 
     def do(self, task: Task) -> None:
-        """Have something done by the loop, between two keys. Raises ConsoleFault when it is being closed."""
+        """Have something done by the loop, between two keys.
+
+        Raises ConsoleFault when it is being closed.
+        """
         with self._taking:
             if self._is_leaving:
                 raise ConsoleFault("no_session_open", f"{self.name} is being closed", "open it again")
             self._running.inbox.put(task)
 
     def decide(self, name: str, value: object) -> None:
-        """Record a decision on the volume, and wait until it is. Raises OSError when the disk refuses."""
+        """Record a decision on the volume, and wait until it is stored.
+
+        Raises OSError when the disk refuses.
+        """
         done: Future[None] = Future()
 
         def task() -> None:
@@ -194,7 +213,10 @@ class WritableSession(OpenSession):
         done.result(DECISION_S)
 
     def close(self) -> None:
-        """Let the loop end after what it is doing now, and wait. A shot that is under way is stored."""
+        """Let the loop end after its current work, and wait.
+
+        A capture that is under way is stored.
+        """
 
         def leave() -> None:
             raise _Leave
@@ -238,11 +260,17 @@ class WritableSession(OpenSession):
         writer = stack.enter_context(open_session(self.folder))
         completed = before != _tag_manifest(self.folder)
         submit = stack.enter_context(self._restorations())
-        self._resumed = [page.number for page in writer.history.pages() if _is_unfinished(page)]
+        self._resumed = [page.number for page in writer.history.pages() if _is_unfinished(writer.session, page)]
         if completed or self._resumed:
             self._recovery = {"completed": completed, "problem": None}
         self.loop = CaptureLoop(
-            writer, self._shoot, submit, self._listener.line, changed=self._listener.changed, outputs=self._outputs
+            writer,
+            self._shoot,
+            submit,
+            self._listener.line,
+            changed=self._listener.changed,
+            outputs=self._outputs,
+            turn=self._turn,
         )
 
 
@@ -253,8 +281,8 @@ def _size(path: Path) -> int:
         return 0
 
 
-def _is_unfinished(page: Page) -> bool:
-    return RESTORE not in page.runs or lacks_verdict(page)
+def _is_unfinished(session: Session, page: Page) -> bool:
+    return needs_restoration(session, page) or lacks_verdict(page)
 
 
 def _tag_manifest(folder: Path) -> bytes:

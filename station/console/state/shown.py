@@ -12,7 +12,7 @@ from station.console.state.jobs import Jobs
 from station.console.state.open_session import OpenSession
 from station.console.state.scanner import ScannerOwner
 from station.session.history import redo_target, undo_target
-from station.session.overview import missing_labels
+from station.session.leaves import missing_labels
 from station.version import software_version
 
 SHOWN_JOBS = 20
@@ -78,7 +78,10 @@ def session_state(opened: OpenSession) -> dict[str, Any]:
 
 
 def captures_left(opened: OpenSession, free: int) -> int | None:
-    """How many further pages the disk takes, by the mean of the latest ones; None before the first."""
+    """Return how many further pages the disk takes, None before the first.
+
+    By the mean of the latest ones.
+    """
     sizes = opened.page_sizes()
     return int(free / (sum(sizes) / len(sizes))) if sizes and sum(sizes) else None
 

@@ -97,6 +97,7 @@ def test_every_sheet_and_artwork_can_be_asked_for_by_name(sheet: str, artwork: s
     connect(small(scene={"sheet": sheet, "artwork": {"name": artwork}})).close()
 
 
+@pytest.mark.slow
 def test_provenance_tells_all_and_is_json(plain: Shots) -> None:
     noted = plain.scans[0].provenance
     assert json.loads(json.dumps(dict(noted))) == noted
@@ -105,6 +106,7 @@ def test_provenance_tells_all_and_is_json(plain: Shots) -> None:
     assert "SIM" in noted["device"]
 
 
+@pytest.mark.slow
 def test_shots_differ_and_the_series_repeats(plain: Shots) -> None:
     series = [[scan.points for scan in scans] for scans in (plain.scans, take_two(lambda *_: None))]
     np.testing.assert_array_equal(series[0], series[1])
@@ -142,6 +144,7 @@ def test_the_device_chooses_what_suits_white_paper(distance: float) -> None:
     assert 0 <= gain <= 7
 
 
+@pytest.mark.slow
 def test_laser_and_gain_are_obeyed() -> None:
     dim = connect(small()).capture(CaptureSettings(mode="fast", laser_power=1, gain=0))
     assert dim.measured.mean() < 0.05
@@ -269,6 +272,7 @@ def test_it_keeps_off_during_a_capture() -> None:
         np.testing.assert_array_equal(nudged.capture(average).texture, still.capture(average).texture)
 
 
+@pytest.mark.slow
 def test_captures_of_a_page_that_was_touched_are_joined_to_a_finer_one(touched: list[RangeScan]) -> None:
     joined = super_resolve(touched)
     assert joined.texture.shape == (960, 1280, 3)

@@ -53,7 +53,7 @@ def answers_of_the_setup(model: str) -> int:
         return fake.answered
 
 
-@pytest.mark.parametrize("model", MACHINES)
+@pytest.mark.parametrize("model", CONTROLLERS)
 class TestEveryController:
     def test_it_starts_at_home(self, model: str) -> None:
         with connected(model) as (stage, fake):
@@ -176,7 +176,7 @@ def test_a_fault_that_stops_the_work_is_not_hidden_by_one_on_the_way_out() -> No
     assert "could not be stopped" in caught.value.__notes__[0]
 
 
-@pytest.mark.parametrize("model", MACHINES)
+@pytest.mark.parametrize("model", CONTROLLERS)
 def test_ctrl_c_with_a_silent_controller_takes_three_seconds_at_most(model: str) -> None:
     struck = [0.0]
     silence = dict.fromkeys(range(answers_of_the_setup(model), 1000), "silence")
@@ -221,7 +221,7 @@ class BlockedPort:
             self.clock.sleep(KERNEL_DRAIN_S)
 
 
-@pytest.mark.parametrize("model", MACHINES)
+@pytest.mark.parametrize("model", CONTROLLERS)
 def test_a_controller_that_is_off_is_left_in_three_seconds(model: str) -> None:
     clock = VirtualClock()
     stage = RotaryStage(BlockedPort(clock), CONTROLLERS[model], clock=clock, sleep=clock.sleep)

@@ -75,6 +75,27 @@ def test_a_fine_angle_turns_the_paper():
     assert shape == pytest.approx((width * sin + height * cos, width * cos + height * sin), abs=1.0)
 
 
+def test_corrections_of_a_part_that_the_scan_does_not_give_are_named():
+    turned = {"turn": 1}
+    scan = shot(False)[0]
+
+    def found(**parts):
+        leaves = correct_leaves(scan, PageEdits(layout="whole", parts=parts), COARSE)
+        return [one.text for one in leaves.findings if one.code == "part_not_found"]
+
+    assert found(left=turned) == [
+        "the corrections of the part left are not used: the scan gives page. Check the layout"
+    ]
+    assert found(left=turned, right=turned, page=turned) == []  # a rule for whatever parts there are
+    assert found(left={}) == []
+
+
+def test_a_plate_is_not_split():
+    scan = shot(False)[0]
+    assert list(correct_leaves(scan, PageEdits(kind="spread"), COARSE).parts) == ["left", "right"]
+    assert list(correct_leaves(scan, PageEdits(kind="plate"), COARSE).parts) == ["page"]
+
+
 @pytest.mark.parametrize(
     ("fields", "error", "reason"),
     [
@@ -83,7 +104,6 @@ def test_a_fine_angle_turns_the_paper():
         ({"spine": ((300.0, 400.0), (300.0, 40.0))}, BadInput, "head to tail"),
         ({"spine": ((2000.0, 40.0), (2000.0, 400.0))}, BadInput, "outside the image"),
         ({"spine": ((1.0, 40.0), (1.0, 400.0))}, BadInput, "does not lie on the page"),
-        ({"parts": {"left": {}}, "layout": "whole"}, BadInput, "part 'left'"),
         ({"layout": "whole", "parts": {"page": {"outline": CORNER}}}, NotEnoughSurface, "leave 0"),
         ({"layout": "whole", "parts": {"page": {"masks": (ALL,)}}}, NotEnoughSurface, "leave 0.0%"),
     ],

@@ -49,6 +49,7 @@ def off(page, flat, places):
     return float(np.sqrt((rest**2).sum(axis=1).mean()))
 
 
+@pytest.mark.slow
 def test_a_sheet_of_two_windings_comes_out_in_the_order_of_its_grid():
     points, flat = spiral()
     mesh = mesh_of(points)

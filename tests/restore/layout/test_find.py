@@ -54,6 +54,7 @@ def test_the_spine_of_a_book_is_found(opened):
     assert finding.sigma_mm < SPINE_ERROR_MM
 
 
+@pytest.mark.slow
 def test_a_picture_across_the_spine_is_not_cut(plate):
     finding = find_layout(plate[0])
     assert (finding.advice, finding.is_spine) == ("whole", "sure")

@@ -89,6 +89,7 @@ def test_the_border_of_a_ragged_page_is_on_its_true_sides(camera, box, turn_deg,
     assert flipped_faces(straight.mesh.flat, straight.mesh.faces) == 0
 
 
+@pytest.mark.slow
 def test_turned_pages_have_their_true_size(camera):
     random, off = np.random.default_rng(3), []
     rows, cols = camera.indices

@@ -56,6 +56,7 @@ def test_cameras_see_points_where_the_photographs_show_them(tmp_path, program, t
         np.testing.assert_allclose(frame.camera.project(to_world(points)), camera.project(points), atol=EXACT_PX)
 
 
+@pytest.mark.slow
 def test_the_mesh_lies_in_the_frame_of_the_cameras(tmp_path, program, taken, mesh):
     WRITERS[program](tmp_path, taken, mesh)
     np.testing.assert_allclose(READERS[program].read_mesh(tmp_path).vertices, to_world(mesh[0]), atol=EXACT_MM)
@@ -124,7 +125,7 @@ def test_a_mesh_that_no_photograph_shows_is_refused(tmp_path, program, taken, me
 
 
 def test_a_mesh_larger_than_any_page_is_refused(folder, monkeypatch):
-    monkeypatch.setattr(capture, "MOST_FACES", 1000)
+    monkeypatch.setattr(capture, "MAX_FACES", 1000)
     with pytest.raises(BadInput, match="more paper than any page"):
         load_capture(folder)
 
@@ -142,6 +143,7 @@ def test_a_picture_of_another_size_is_refused(tmp_path, taken, mesh):
         load_capture(tmp_path)
 
 
+@pytest.mark.slow
 def test_the_command_restores_a_folder(tmp_path, taken, mesh, capsys):
     folder = tmp_path / "capture"
     folder.mkdir()

@@ -16,6 +16,8 @@ from restore.photo import Registered, paint_registered, register_photographs
 from restore.photo.paint import NOWHERE, _carry_to_edge
 from restore.texture.page import paint_page
 
+pytestmark = pytest.mark.slow
+
 DPI = 100.0
 LIMIT_PX = 0.5  # rms; the limit of registration is 1.5
 FINER = 2.0  # times: 138 against 55 pixels per inch
@@ -37,14 +39,12 @@ def plain(text):
     return paint_page(text.page, DPI)
 
 
-@pytest.mark.slow
 def test_a_camera_that_is_known_is_taken_at_its_word(text):
     known = Photograph(np.full((30, 40, 3), 128, np.uint8), "blank", camera=text.camera())
     (one,) = register_photographs(text.page, [known])
     assert one.registration.camera is known.camera
 
 
-@pytest.mark.slow
 def test_what_a_photograph_of_a_known_camera_resolves_is_measured(text, painted):
     image = text.photograph()
     known = Photograph(image, "known", camera=text.registered().camera)
@@ -64,9 +64,9 @@ def test_every_pixel_comes_from_where_its_map_says(text, painted, plain):
     np.testing.assert_array_equal(painting.page_source == NOWHERE, ~painting.mask)
     # The scanner's pixel of the same place, its exact surface point, and that through the exact camera.
     rows, cols = np.nonzero(from_photo & plain.mask)
-    at = plain.source[rows, cols][:, ::-1].T
+    at = plain.source.whole()[rows, cols][:, ::-1].T
     points = np.stack([map_coordinates(text.truth.points[..., k], at, order=1) for k in range(3)], axis=1)
-    off = np.linalg.norm(text.camera().project(points) - painting.source[rows, cols], axis=1)
+    off = np.linalg.norm(text.camera().project(points) - painting.source.whole()[rows, cols], axis=1)
     assert np.sqrt(np.nanmean(off**2)) < LIMIT_PX
 
 
@@ -84,7 +84,6 @@ def close_up(figure):
     return paint_registered(figure.page, register_photographs(figure.page, [figure.photograph(near)]), DPI)
 
 
-@pytest.mark.slow
 def test_where_a_photograph_ends_the_scanner_goes_on_without_a_seam(close_up):
     painting, (report,) = close_up
     assert report["accepted"]
@@ -108,7 +107,6 @@ def test_ink_has_steeper_edges_than_the_scanner_gives_it(figure, close_up):
     assert report["sampling_ppi"] > FINER * plain.resolution.sampling_ppi
 
 
-@pytest.mark.slow
 def test_two_photographs_by_different_light_make_one_page(text):
     left = View((-90.0, 0.0, 330.0), 1.45, 0.0, -0.1, 0.0)
     right = View((90.0, 0.0, 330.0), 1.45, 0.0, 0.05, 0.0)
@@ -121,7 +119,6 @@ def test_two_photographs_by_different_light_make_one_page(text):
     assert np.ptp(tint) < 0.12  # one light; those of the two photographs differ by 0.2
 
 
-@pytest.mark.slow
 def test_a_glare_is_painted_from_the_other_photograph_or_the_scanner(text):
     lamp = Exposure(lamp=np.array([0.0, 0.0, 1.0]), falloff=0.0)
     images = [text.photograph(view, lamp, gloss=1.0) for view in ("above", "from the left")]
@@ -167,12 +164,11 @@ def test_what_covers_the_page_is_painted_from_the_scan_and_said(text, thumbed):
     assert (page.page_source[page.coverage == CoverageClass.OBSTRUCTED] == 0).mean() > 0.9
 
 
-@pytest.mark.slow
 def test_what_covers_the_page_in_one_photograph_is_painted_from_the_other(text, thumbed):
     image, hidden = thumbed
     outcome = register_photographs(text.page, [image, text.photograph("from the left")])
     painting, _ = paint_registered(text.page, outcome, DPI)
-    assert painted_from(painting.source, painting.page_source, 1, hidden) == 0
+    assert painted_from(painting.source.whole(), painting.page_source, 1, hidden) == 0
     assert (painting.page_source[painting.covered] == 2).mean() > 0.9
 
 

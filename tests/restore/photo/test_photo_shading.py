@@ -15,7 +15,7 @@ from restore.photo import Registered, paint_registered, register_photographs, re
 from restore.photo.shading import _report
 from restore.prepared.prepare import prepare
 from restore.shading.relief import relief_of
-from restore.shading.remove import LIGHT_DPI, LINEAR, ShadingResult, remove_shading
+from restore.shading.remove import LIGHT_DPI, LINEAR, ShadingResult, find_light
 from restore.texture.page import paint_page
 
 DPI = 80.0
@@ -63,8 +63,9 @@ def test_every_picture_loses_its_own_light(figure, close_up, truth, relief):
     darkest = truth.min(axis=2)
     paper = painting.mask & (darkest > PAPER_SHARE * np.percentile(darkest[painting.mask], 80))
     paper = cv2.erode(paper.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    evened = remove_registered_shading(figure.page, close_up, DPI, relief, painting.image, painting.mask)
-    together = remove_shading(painting.image, painting.mask, DPI, relief)
+    cells, _ = paint_registered(figure.page, close_up, LIGHT_DPI)
+    evened = remove_registered_shading(figure.page, close_up, relief, cells, painting, DPI)
+    together = find_light(cells.image, cells.mask, relief).removed_from(painting.image, painting.mask, DPI)
     pages = painting.image, evened.image, together.image
     before, after, mixed = (spread(light_on(page, truth, paper)) for page in pages)
     assert before > LIT
@@ -79,17 +80,19 @@ def test_every_picture_loses_its_own_light(figure, close_up, truth, relief):
 
 @pytest.mark.slow
 def test_one_picture_alone_is_evened_as_it_is(figure, relief):
-    plain = paint_page(figure.page, DPI)
+    plain, cells = (paint_page(figure.page, dpi) for dpi in (DPI, LIGHT_DPI))
     refused = Registered(Photograph(np.zeros((9, 9, 3), np.uint8)), None, "no")
+    light = find_light(cells.image, cells.mask, relief)
     for outcome in ([], [refused]):
-        evened = remove_registered_shading(figure.page, outcome, DPI, relief, plain.image, plain.mask)
-        np.testing.assert_array_equal(evened.image, remove_shading(plain.image, plain.mask, DPI, relief).image)
+        evened = remove_registered_shading(figure.page, outcome, relief, cells, plain, DPI)
+        np.testing.assert_array_equal(evened.image, light.removed_from(plain.image, plain.mask, DPI).image)
 
 
+@pytest.mark.slow
 def test_a_page_without_picture_stays(figure, relief):
     bare = replace(figure.page, texture=None, texcoords=None)
-    plain = paint_page(figure.page, DPI)
-    evened = remove_registered_shading(bare, [], DPI, relief, plain.image, plain.mask)
+    plain, cells = (paint_page(figure.page, dpi) for dpi in (DPI, LIGHT_DPI))
+    evened = remove_registered_shading(bare, [], relief, cells, plain, DPI)
     assert evened.image.shape == plain.image.shape
 
 

@@ -13,6 +13,8 @@ from restore import Photograph
 from restore.photo.blur import relative_blur
 from restore.photo.register import AGAIN, Refused, _insist, register
 
+pytestmark = pytest.mark.slow
+
 # Shifts are measured to a tenth of the scanner's pixels, which are two or three of the photograph's, at hundreds of
 # places; what is left is the scanner's own noise.
 RMS_PX = 0.5
@@ -25,7 +27,6 @@ def rms(off):
     return float(np.sqrt(np.mean(off**2)))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("studio", "view"),
     [("text", "above"), ("text", "from the left"), ("text", "phone, held upright"), ("figure", "from the left")],
@@ -72,7 +73,6 @@ def refusal(reference, image):
     return str(refused.value)
 
 
-@pytest.mark.slow
 def test_another_page_of_the_same_book_is_refused(text):
     other = take_photograph(scan_page(SHEETS["binding"], Text(seed=9))[0], text.camera())
     assert "does not show this page" in refusal(text.reference, other)
@@ -116,7 +116,6 @@ def test_print_in_one_corner_does_not_tell_where_the_page_lies(text):
         assert refused.value.hint == AGAIN
 
 
-@pytest.mark.slow
 def test_a_page_that_was_bent_after_the_scan_is_refused(text):
     """The same print on a sheet that bends another way."""
     bent = take_photograph(scan_page(SHEETS["deep gutter"], Text())[0], text.camera())

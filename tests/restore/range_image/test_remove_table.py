@@ -55,6 +55,7 @@ def test_the_page_is_left_without_its_table(kind, step, white):
     assert (width - 2 * spacing) * (height - 2 * spacing) < area < (1.0 + ROUGH) * width * height
 
 
+@pytest.mark.slow
 def test_what_is_left_of_a_page_has_no_table():
     page = remove_table(mesh_of(Curl(), 3)[0])
     assert remove_table(page) is page

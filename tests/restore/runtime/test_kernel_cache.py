@@ -12,6 +12,8 @@ import pytest
 from restore.runtime import kernel_cache
 from restore.runtime.kernel_cache import cache_folder, kernel_sources, stamp
 
+pytestmark = pytest.mark.slow
+
 # A package `restore` of one kernel that calls another, in another file, with a constant of a third.
 SOURCES = {
     "restore/__init__.py": "from restore.runtime.kernel_cache import use_cache_folder\nuse_cache_folder()\n",
@@ -72,7 +74,6 @@ def test_kernels_are_kept_in_the_package_and_found_again(tree, tmp_path):
     assert not (tmp_path / "home").exists()
 
 
-@pytest.mark.slow
 def test_a_change_in_a_file_that_a_kernel_uses_is_noticed(tree, tmp_path):
     run(tree, tmp_path / "home")
     changes = (("inner", "x + OFFSET", "x - OFFSET", -38), ("settings", "40", "50", -48), ("outer", "+ 1", "+ 2", -47))
@@ -97,7 +98,6 @@ def test_without_a_home_nothing_is_kept_and_all_works(tree, tmp_path):
     assert list((tmp_path / "tmp").iterdir()) == []
 
 
-@pytest.mark.slow
 def test_what_is_compiled_in_the_package_is_where_others_begin(tree, tmp_path):
     run(tree, tmp_path / "home")  # as the administrator who installs it
     own = {"NUMBA_CACHE_DIR": str(tmp_path / "own")}  # a folder that the user names comes first

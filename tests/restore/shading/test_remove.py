@@ -7,7 +7,7 @@ import pytest
 from drivers.simulated.scene.albedo import srgb
 from restore.shading import divide as module
 from restore.shading.relief import Relief
-from restore.shading.remove import LIGHT_DPI, MAX_GAIN, remove_shading
+from restore.shading.remove import LIGHT_DPI, MAX_GAIN, find_light
 from restore.shading.srgb import LINEAR, srgb_codes
 from restore.texture.page import MM_PER_INCH
 
@@ -59,8 +59,16 @@ def flat(shape, dpi=DPI):
     return Relief(points, normals, LIGHT_DPI, corners, faces, np.eye(3), np.zeros(3))
 
 
+def without_light(image, mask, dpi, relief):
+    """The result of a page whose light is found on cells averaged from it."""
+    size = relief.inside.shape[::-1]
+    cells = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+    on_page = cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0.999
+    return find_light(cells, on_page, relief).removed_from(image, mask, dpi)
+
+
 def evened_of(image, mask=None, dpi=DPI):
-    return remove_shading(image, everywhere(image) if mask is None else mask, dpi, flat(image.shape, dpi)).image
+    return without_light(image, everywhere(image) if mask is None else mask, dpi, flat(image.shape, dpi)).image
 
 
 @pytest.mark.parametrize("dpi", [DPI, 200.0])
@@ -211,7 +219,7 @@ def test_on_a_dark_page_the_light_is_found_on_its_ground():
     reflectance[ground], reflectance[~ground] = (30, 36, 82), (215, 210, 190)
     relief = curled(reflectance.shape)
     image = photographed(reflectance, from_the_left(relief, reflectance.shape))
-    result = remove_shading(image, everywhere(image), DPI, relief)
+    result = without_light(image, everywhere(image), DPI, relief)
     assert result.report["removed"]
     calm = (cv2.GaussianBlur(picture, (0, 0), BLUR) for picture in (image, result.image))
     bare = cv2.erode(ground.astype(np.uint8), np.ones((6 * BLUR + 1, 6 * BLUR + 1), np.uint8)) > 0
@@ -231,7 +239,7 @@ def test_pale_tints_on_one_slope_do_not_colour_the_light():
     reflectance[left & ground], reflectance[right & ground] = (232, 218, 218), (218, 232, 220)
     relief = curled(reflectance.shape)
     image = photographed(reflectance, from_the_left(relief, reflectance.shape))
-    result = remove_shading(image, everywhere(image), DPI, relief)
+    result = without_light(image, everywhere(image), DPI, relief)
     assert result.report["removed"]
     for field in (left & ground, right & ground):
         hue, true = (LINEAR[picture[field].astype(np.uint8)].mean(axis=0) for picture in (result.image, reflectance))
@@ -242,7 +250,7 @@ def test_a_page_without_a_region_of_constant_print_is_returned_unchanged_with_th
     rng = np.random.default_rng(8)
     clouds = cv2.resize(rng.uniform(20, 230, (26, 36, 3)), (709, 512), interpolation=cv2.INTER_CUBIC)
     image = np.clip(clouds + rng.normal(0, 12, clouds.shape), 0, 255).astype(np.uint8)
-    result = remove_shading(image, everywhere(image), DPI, curled(image.shape))
+    result = without_light(image, everywhere(image), DPI, curled(image.shape))
     np.testing.assert_array_equal(result.image, image)
     assert not result.report["removed"]
     assert result.report["reason"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from restore.structured_light.decode import Axis
 from restore.structured_light.locate import locate as locate_lit
@@ -33,6 +34,7 @@ def plane(slope_x, slope_y):
     return 100 + slope_x * cols + slope_y * rows
 
 
+@pytest.mark.slow
 def test_a_plane_is_found_exactly():
     field = plane(0.61, -0.13)
     places = np.random.default_rng(1).uniform([5, 5], [54, 34], (50, 2))

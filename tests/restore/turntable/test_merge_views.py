@@ -12,6 +12,8 @@ from restore.scan import RangeScan
 from restore.turntable import RotationAxis, merge_views
 from restore.turntable.register import register
 
+pytestmark = pytest.mark.slow
+
 SPACING_MM = 0.95  # of the samples of a FAST scan at 900 mm
 MIN_FILLED = 0.9  # of the shadow; the rest is ink that no view sees
 ERROR_MM = 0.1  # rms along the normal: twice the noise; the crease, a sample wide, counts more than all the rest
@@ -32,7 +34,6 @@ def missed(book):
     return on_page & ~book.scans[0].measured
 
 
-@pytest.mark.slow
 def test_measured_samples_of_the_reference_are_unchanged(book, merged) -> None:
     seen = book.scans[0].measured
     np.testing.assert_array_equal(merged.scan.points[seen], book.scans[0].points[seen])

@@ -101,6 +101,7 @@ def test_the_axis_of_a_simulated_turntable_is_recovered(board) -> None:
     assert mm < AXIS_MM
 
 
+@pytest.mark.slow
 def test_every_view_has_its_angle(board) -> None:
     with pytest.raises(BadInput, match="1 angles"):
         fit_axis(board.scans, [0.0])

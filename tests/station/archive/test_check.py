@@ -9,7 +9,8 @@ import pytest
 
 from restore import BadInput
 from station.archive.check import check_export, is_export, page_of
-from station.archive.deliver import Format, deliver
+from station.archive.deliver import deliver
+from station.archive.formats import Format
 from tests.station.archive.conftest import NOW
 from tests.station.archive.test_deliver import names, source_of
 

@@ -14,7 +14,8 @@ import numpy as np
 from PIL import Image
 
 from oracles.local_server import local_server
-from station.archive.deliver import Format, deliver
+from station.archive.deliver import deliver
+from station.archive.formats import Format
 from station.archive.volume import Volume
 from station.console.vendored import PAGE
 from tests.station.archive.conftest import NOW, picture

@@ -17,8 +17,8 @@ from station.cli import main
 from station.errors import FolderInUse, UsageError
 from station.session import Volume, add_files, create_session, open_session, read_session, undo_run
 from station.session.adding import add_original
+from station.session.parts import RESTORE, VERDICT
 from station.session.presets import Preset
-from station.session.stages import RESTORE, VERDICT
 from station.storage.session_folder import is_session
 from station.verdict.judge import LEVELS
 from station.workers.executors import Workers, local_workers

@@ -130,6 +130,7 @@ def test_light_that_falls_off_over_the_chart_is_seen_and_taken_out(printed, fall
     assert (levels == {None}) == (fall_off > 0)
 
 
+@pytest.mark.slow
 def test_the_error_is_that_of_colours_that_the_fit_has_not_seen(printed):
     """The truth is the error on the same colours by the same camera, their print and flare drawn afresh."""
     chart = find_chart(printed)
@@ -203,6 +204,7 @@ def test_noise_of_a_made_up_chart_is_its_standard_deviation_in_lightness(printed
     np.testing.assert_allclose(fit.noise, step, rtol=0.1)
 
 
+@pytest.mark.slow
 def test_the_command_writes_profile_and_figures(printed, tmp_path, capsys):
     (tmp_path / "chart.png").write_bytes(encode_png(camera(printed)))
     (tmp_path / "chart.json").write_text('{"sampling_ppi": 53.4}')

@@ -17,6 +17,8 @@ from drivers.vivid900.geometry.triangulation import points_of
 from restore.formats import save_scan
 from station.cli import main
 
+pytestmark = pytest.mark.slow
+
 MANUAL = nominal(LENSES["MIDDLE"], body="77", lens_serial="114")
 HIDDEN = replace(MANUAL, baseline_mm=251.0, focal_px=1932.0, distortion=(-0.06, 0.05), plane=(1e-3, -3e-3, 0.0, 0.0))
 POSES = [(750, 0, 0), (750, 25, 90), (1000, -25, 0), (1000, 20, 60)]
@@ -39,7 +41,6 @@ def error_mm(calibration) -> float:
     return float(np.linalg.norm(off, axis=-1).max())
 
 
-@pytest.mark.slow
 def test_a_body_is_calibrated_from_its_scans(scans, tmp_path, capsys) -> None:
     output = tmp_path / "body.toml"
     assert main(["calibrate", f"{scans[0]}@750", *scans[1:], "-o", str(output), "--json"]) == 0
@@ -51,7 +52,7 @@ def test_a_body_is_calibrated_from_its_scans(scans, tmp_path, capsys) -> None:
     assert told["sigma"]["pupil_mm"] < 2.0  # of the prior's 3: the measured distance was heard
     assert error_mm(MANUAL) > 3.0
     assert error_mm(found) < 4 * told["expected_mm"] < 4.0
-    assert "4 shots" in output.read_text("utf-8")
+    assert "4 captures" in output.read_text("utf-8")
 
 
 def test_nothing_is_overwritten_unasked(scans, tmp_path, capsys) -> None:

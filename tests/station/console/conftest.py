@@ -58,18 +58,25 @@ def wait_for(condition: Callable[[], Any], what: str = "it", *, within: float | 
 
 @dataclass
 class GatedScanner:
-    """A scanner whose shots wait at a gate. laser: whether it is on; shots: what was asked for."""
+    """A scanner whose shots wait at a gate. laser: whether it is on; shots: what was asked for.
+
+    places: to which its leaves were turned.
+    """
 
     scan: RangeScan
     fault: BaseException | None = None
     laser: bool = False
     closed: int = 0
     shots: list[CaptureSettings] = field(default_factory=list)
+    places: list[tuple[int, int]] = field(default_factory=list)
     gate: threading.Event = field(default_factory=threading.Event)
     in_shot: threading.Event = field(default_factory=threading.Event)
 
     def __post_init__(self) -> None:
         self.gate.set()
+
+    def turn_to(self, opening: int, attempt: int) -> None:
+        self.places.append((opening, attempt))
 
     def capture(self, settings: CaptureSettings, progress: Progress) -> RangeScan:
         self.shots.append(settings)

@@ -119,6 +119,7 @@ def test_the_page_is_served_from_its_list_alone(root, tmp_path):
             assert browser.get(f"/page/{name}").status_code == 404
 
 
+@pytest.mark.slow
 def test_a_killed_server_leaves_a_session_that_opens_whole(root, tmp_path):
     """kill -9 beside a shift: the lock goes with the process."""
     command = [sys.executable, "-m", "station", "serve", str(root), "--port", "0", "--index", str(tmp_path / "i")]

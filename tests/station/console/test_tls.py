@@ -105,6 +105,7 @@ def test_a_tablet_comes_in_by_the_pinned_certificate(root: Path, files: Files) -
                 assert answer.status_code == status
 
 
+@pytest.mark.slow
 def test_nothing_is_said_without_tls_or_elsewhere(root: Path, files: Files) -> None:
     with served(root, files) as (link, before):
         assert before == []  # no code without --qr

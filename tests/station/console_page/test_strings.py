@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 import re
 
+from station.archive.formats import Format
+from station.console.shown_pages.units import UNITS
 from station.console.vendored import PAGE
+from station.verdict.judge import CHECKS
 
 TABLE = json.loads((PAGE / "strings.json").read_text("utf-8"))
 SOURCES = {path.name: path.read_text("utf-8") for path in (PAGE / "js").rglob("*.js")}
@@ -33,6 +36,17 @@ def test_every_key_that_the_page_uses_is_in_the_table():
     used = {key for match in USED.finditer(ALL) for key in match.groups() if key}
     assert len(used) > 100  # the expression finds them
     assert used - TABLE.keys() == set()
+
+
+def test_every_quality_measure_has_its_unit_its_name_and_its_hint():
+    assert UNITS.keys() == CHECKS.keys()
+    assert {f"{kind}.{name}" for kind in ("measure", "hint") for name in CHECKS} - TABLE.keys() == set()
+
+
+def test_every_format_of_an_export_is_offered_with_its_texts():
+    offered = re.search(r"const FORMATS = (\[.*\]);", SOURCES["export.js"])
+    assert offered and {name for name, _ in json.loads(offered[1])} == set(Format)
+    assert {f"format.{name}{end}" for name in Format for end in ("", ".text")} - TABLE.keys() == set()
 
 
 def test_every_key_of_the_table_is_used():

@@ -91,7 +91,7 @@ def test_a_session_is_red_when_half_of_a_book_is_left_out(hidden_gutter, tmp_pat
     run = run_restore(hidden_gutter, {"settings": {"points": 300, "dpi": 50}}, tmp_path / "made")
     assert run.result["measures"]["left_out_fraction"] == pytest.approx(1.0, abs=0.05)
     limits = load_preset("book").thresholds.model_dump(mode="json", exclude_none=True)
-    checks = run_verdict(run.result["measures"], {"thresholds": limits}, {}).result["checks"]
+    checks = run_verdict(run.result, {"thresholds": limits}, {}).result["checks"]
     assert [one["level"] for one in checks if one["name"] == "left_out_fraction"] == ["red"]
 
 

@@ -8,8 +8,8 @@ import pytest
 from oracles.tiny_scan import tiny_scan
 from station.session import Volume, Writer, add_scan, create_session, open_session, record_run
 from station.session.judging import lacks_verdict, record_verdict, verdict_lines
+from station.session.parts import RESTORE
 from station.session.presets import Preset
-from station.session.stages import RESTORE
 from station.verdict.same_page import fingerprint
 from station.verdict.thresholds import Thresholds
 

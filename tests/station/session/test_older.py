@@ -9,12 +9,14 @@ import pytest
 from restore import load_scan
 from station.archive.from_session import volume_of
 from station.session import decide, open_session, read_session, scan_path
+from station.session.current_preset import preset_of
 from station.session.events import FORMAT, RECORD, EventDamaged, decode
 from station.session.judging import record_verdict
 from station.session.older import FACTS, OLDER_FORMAT, current_facts
-from station.session.overview import overview, preset_of
+from station.session.overview import overview
+from station.session.parts import RESTORE
 from station.session.reproduce import DERIVERS, reproduce
-from station.session.stages import RESTORE, Run
+from station.session.stages import Run
 from station.session.verify import verify
 
 ARCHIVE = Path(__file__).parent / "format_1.tar.gz"

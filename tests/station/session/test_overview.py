@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from station.session import add_scan, decide, open_session, undo
-from station.session.overview import missing_labels, overview, overview_lines
+from station.session.leaves import missing_labels
+from station.session.overview import overview, overview_lines
 
 
 def test_pages_are_told_in_their_order_with_their_labels(volume, tiny_scan):
@@ -28,7 +29,7 @@ def test_a_page_is_one_line_whatever_its_label_and_note_hold(volume, tiny_scan):
         add_scan(writer, tiny_scan, facts={})
         decide(writer, "label", "a\nb", page=1)
         decide(writer, "note", "torn\n\tat the top", page=1)
-        line = next(line for line in overview_lines(writer.session) if line.startswith("    1"))
+        line = next(line for line in overview_lines(writer.session) if line.startswith("       1"))
     assert line.split() == ["1", "a", "b", "new", "torn", "at", "the", "top"]
 
 

@@ -12,10 +12,11 @@ from restore.photogrammetry import SCALE_CARD
 from station.cli import main
 from station.errors import UsageError
 from station.session import open_session, scan_path
+from station.session.parts import RESTORE
 from station.session.photographs import add_photographs, first_picture, is_set, pictures_in
 from station.session.presets import Preset
 from station.session.reproduce import reproduce
-from station.session.stages import RESTORE, run_restore
+from station.session.stages import run_restore
 from station.session.steps import record_run
 
 PAGE_MM = (160.0, 110.0)

@@ -48,7 +48,7 @@ def test_the_worst_finding_decides_and_comes_first():
         [("smooth_strain_rms", "red"), ("similarity", "red"), ("blur_px", "amber")],
     )
     assert findings[1].text.startswith("same page as page 7 1.00 (amber > 0.60, red > 0.80)")
-    assert as_result(level, findings)["checks"][0]["limits"] == [0.1, 0.2]
+    assert as_result(findings)["checks"][0]["limits"] == [0.1, 0.2]
 
 
 def test_nothing_to_judge_is_green():

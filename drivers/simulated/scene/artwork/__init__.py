@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from drivers.simulated.scene.artwork.chart import Chart
+from drivers.simulated.scene.artwork.engraving import Engraving
 from drivers.simulated.scene.artwork.facing import Facing, Leather
 from drivers.simulated.scene.artwork.figure import Figure
 from drivers.simulated.scene.artwork.markers import Markers, White
@@ -14,6 +15,7 @@ __all__ = [
     "Artwork",
     "Box",
     "Chart",
+    "Engraving",
     "Facing",
     "Figure",
     "Leather",
@@ -24,4 +26,6 @@ __all__ = [
     "Word",
 ]
 
-ARTWORK: dict[str, type[Artwork]] = {kind.name: kind for kind in (White, Markers, Text, Figure, Facing, Leather, Chart)}
+ARTWORK: dict[str, type[Artwork]] = {
+    kind.name: kind for kind in (White, Markers, Text, Figure, Facing, Leather, Engraving, Chart)
+}

@@ -21,6 +21,8 @@ from drivers.vivid900.geometry.lenses import LENSES
 from drivers.vivid900.geometry.triangulation import project
 from restore.scan import Bytes
 
+pytestmark = pytest.mark.slow
+
 PAGE = (280.0, 200.0)
 MIDDLE = nominal(LENSES["MIDDLE"])
 EDGE_PX = 0.1  # rms: nine rays a pixel place an edge to 1/3 pixel / √12 = 0.1, less for slanting edges
@@ -53,7 +55,6 @@ def edge_offsets(image: Bytes, middles: np.ndarray) -> np.ndarray:
     return reach[np.argmax(profile > half[:, None], axis=1)].reshape(middles.shape[:2])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("sheet", [Flat(), Binding(slope_deg=40.0), Miura()], ids=lambda sheet: sheet.name)
 def test_ink_is_seen_where_the_truth_projects_to(sheet: Sheet) -> None:
     scan, truth = shoot(sheet, Markers(), seed=2, mode="fast")
@@ -101,7 +102,6 @@ def test_every_pixel_is_the_mean_over_its_area(picture: Callable[..., Bytes]) ->
     assert PAPER[1] - seen == pytest.approx(PAPER[1] - page[rows, cols].mean(), rel=INK)
 
 
-@pytest.mark.slow
 def test_brightness_of_paper_void_and_tables(picture: Callable[..., Bytes]) -> None:
     level = {
         table: picture(Flat(), White(), table=table, noise=False).astype(int)

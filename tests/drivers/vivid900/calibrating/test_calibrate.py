@@ -104,6 +104,7 @@ def test_residuals_are_the_noise_of_the_shots(found: CalibrationResult) -> None:
     assert found.markers_px == pytest.approx(PIXELS * np.sqrt(2), rel=0.05)
 
 
+@pytest.mark.slow
 def test_outliers_do_no_harm() -> None:
     random, spoilt = np.random.default_rng(5), []
     for one in shots():

@@ -20,7 +20,8 @@ from station.console.shown_pages.layers import FILES, ON_CAPTURE
 from station.console.shown_pages.tiles import OVERLAP, TILE
 from station.export.model import decode_arrays
 from station.session import Volume, add_scan, create_session, open_session, record_run, scan_path
-from station.session.stages import RESTORE, run_restore
+from station.session.parts import RESTORE
+from station.session.stages import run_restore
 from tests.station.console.conftest import GatedScanner, Served, StandInRestorer, serving
 
 RADIUS_MM = 60.0

@@ -63,3 +63,11 @@ def test_a_preview_is_taken_without_a_session_and_served(served, client):
     assert client.get(facts["overlay"]).content[:4] == b"\x89PNG"
     assert client.get("/api/preview/9.jpg").status_code == 404
     wait_for(lambda: client.get("/api/state").json()["scanner"]["busy"] is None)
+    assert served.scanner.places == [(0, 0)]
+
+
+def test_a_preview_shows_the_leaf_that_the_page_was_captured_from(served, opened):
+    for action in ("capture", "capture", "preview", "again", "preview"):
+        assert opened.post("/api/press", json={"action": action}).status_code == 202
+        wait_for(lambda: opened.get("/api/state").json()["scanner"]["busy"] is None)
+    assert served.scanner.places == [(0, 0), (1, 0), (1, 1), (1, 1), (1, 2)]

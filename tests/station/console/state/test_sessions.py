@@ -11,7 +11,7 @@ from restore import BadInput
 from station.console.state import sessions
 from station.errors import UsageError
 from station.session import SessionDamaged, open_session, read_session
-from station.session.overview import preset_of
+from station.session.current_preset import preset_of
 from station.session.tree import tree_digests
 from station.storage.folder_lock import WORK
 from tests.station.conftest import curl_scan

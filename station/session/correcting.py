@@ -1,0 +1,90 @@
+"""Make corrections, undo and redo them.
+
+A restoration that was made with the same corrections is shown again; nothing is computed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from restore import BadInput
+from station.session import steps
+from station.session.corrections import effective_edits, is_of, needs_restoration, rules_of
+from station.session.events import VOLUME, Event, slot_of
+from station.session.history import Page
+from station.session.parts import RESTORE
+from station.session.rules import EDITS, MAX_RULES, RULES, Rule, Scope, edits_of
+from station.session.steps import decide, move
+from station.session.store import Writer
+
+
+def correct(writer: Writer, page: int, edits: Mapping[str, Any] | None) -> Event:
+    """Record the corrections of a page in place of those that it has, and return the event.
+
+    edits: the fields that are given, as `PageEdits.given`; None takes all away.
+    Raises BadInput for corrections that cannot be, and for a page without a scan, OSError.
+    """
+    capture = writer.history.page(page).capture
+    if capture is None:
+        raise BadInput(f"page {page} has no scan", "capture it, then correct it")
+    value = None if edits is None else edits_of(edits).given()
+    event = decide(writer, EDITS, value, page=page, on=capture)
+    show_fitting(writer)
+    return event
+
+
+def add_rule(writer: Writer, scope: Scope, edits: Mapping[str, Any]) -> Event:
+    """Record one more rule, which wins over those before it.
+
+    Raises BadInput, OSError.
+    """
+    rules = [rule.model_dump(mode="json") for rule in rules_of(writer.session)]
+    if len(rules) >= MAX_RULES:
+        raise BadInput(f"the volume has {len(rules)} rules, as many as it can", "correct the pages that are left")
+    number = len(writer.history.events) + 1
+    rule = Rule(id=number, scope=scope, edits=edits_of(edits).given())
+    event = decide(writer, RULES, [*rules, rule.model_dump(mode="json")])
+    show_fitting(writer)
+    return event
+
+
+def undo(writer: Writer) -> Event | None:
+    """Undo the operator's last step, and show the restorations that fit."""
+    step = steps.undo(writer)
+    show_fitting(writer, step)
+    return step
+
+
+def redo(writer: Writer) -> Event | None:
+    """Redo the step undone last, and show the restorations that fit."""
+    step = steps.redo(writer)
+    show_fitting(writer, step)
+    return step
+
+
+def show_fitting(writer: Writer, step: Event | None = None) -> None:
+    """Show the restorations that were made with the present corrections.
+
+    Nothing is computed.
+
+    step: that was taken back or brought back; one that corrects nothing changes no page.
+    """
+    if step is not None and step.name not in (EDITS, RULES):
+        return
+    rules = rules_of(writer.session)
+    pages = list(writer.history.pages()) if step is None or step.page == VOLUME else [writer.history.page(step.page)]
+    for page in pages:
+        if needs_restoration(writer.session, page, rules):
+            fitting = next(_fitting(writer, page, rules), None)
+            if fitting is not None:
+                move(writer, page.number, fitting.slot, fitting, reason="stage")
+
+
+def _fitting(writer: Writer, page: Page, rules: list[Rule]) -> Iterator[Event]:
+    """Find restorations of a page's scan with its corrections, latest first."""
+    assert page.capture is not None
+    edits, slot = effective_edits(writer.session, page, rules), slot_of(RESTORE, page.capture)
+    for event in reversed(writer.history.events):
+        if (event.page, event.slot, event.kind) == (page.number, slot, "stage") and is_of(event, edits):
+            yield event

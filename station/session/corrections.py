@@ -1,0 +1,108 @@
+"""Derive from corrections and rules how a page is to be restored.
+
+Corrections of a page hang on its scan (`edits@5`), rules on the volume (`rules`). What a page is restored with is its
+preset, then the rules in their order, then its own corrections: later ones win, field by field.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from restore import PageEdits
+from station.choices import Layout
+from station.session.current_preset import preset_of
+from station.session.events import VOLUME, Event
+from station.session.history import Page
+from station.session.parts import RESTORE
+from station.session.presets import Preset
+from station.session.rules import EDITS, RULES, RULES_TABLE, Rule, Table, edits_of, merged
+from station.session.store import Session
+
+
+def rules_of(session: Session) -> list[Rule]:
+    """The rules of a volume, in their order."""
+    return RULES_TABLE.validate_python(session.history.page(VOLUME).decided(RULES, []))
+
+
+def own_edits(page: Page) -> Table:
+    """The corrections that were made on a page itself, as they were given."""
+    table = page.decided(EDITS)
+    return table if isinstance(table, dict) else {}
+
+
+def layers_of(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> list[tuple[str, Table]]:
+    """The corrections of a page, each with its source: `rule 41`, `page`; the later ones win."""
+    capture, layers = page.capture, list[tuple[str, Table]]()
+    if capture is not None:
+        known = rules_of(session) if rules is None else rules
+        layers = [(f"rule {rule.id}", rule.edits) for rule in known if rule.is_on(capture, session.history)]
+    own = own_edits(page)
+    return [*layers, *([("page", own)] if own else [])]
+
+
+def resolved_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> PageEdits:
+    """Add up the corrections of a page, with the layout of its preset.
+
+    rules: of the session, where they are known.
+    """
+    edits = edits_of(_added_up(session, page, rules))
+    if edits.layout != "auto" or edits.spine is not None:
+        return edits
+    layout = preset_of(session).layout
+    return edits.model_copy(update={"layout": "whole" if layout == Layout.SINGLE else str(layout)})
+
+
+def effective_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> dict[str, Any] | None:
+    """Return what a page is corrected by, as JSON values.
+
+    None where nothing changes its image.
+
+    rules: of the session, where they are known. Two results that are equal give the same page.
+    """
+    table = _added_up(session, page, rules)
+    return resolved_edits(session, page, rules).of_image() if table and edits_of(table).of_image() else None
+
+
+def _added_up(session: Session, page: Page, rules: Sequence[Rule] | None) -> Table:
+    table: Table = {}
+    for _, layer in layers_of(session, page, rules):
+        table = merged(table, layer)
+    return table
+
+
+def parameters_of(session: Session, page: Page, preset: Preset | None = None) -> dict[str, Any]:
+    """Return the parameters of a restoration of a page as it is now.
+
+    preset: in place of the session's own.
+    """
+    assert page.capture is not None
+    parameters = (preset or preset_of(session)).parameters(page.capture.facts)
+    edits = effective_edits(session, page)
+    return parameters if edits is None else {**parameters, "edits": edits}
+
+
+def inputs_of(session: Session, page: Page) -> list[Event]:
+    """The decisions that a restoration of a page follows from, besides its scan."""
+    decisions = page.decisions.get(EDITS), session.history.page(VOLUME).decisions.get(RULES)
+    return [event for event in decisions if event is not None] if effective_edits(session, page) else []
+
+
+def is_of(run: Event, edits: Table | None) -> bool:
+    """Whether a restoration was made with these corrections."""
+    return dict(run.facts.get("parameters", {})).get("edits") == edits
+
+
+def needs_restoration(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> bool:
+    """Whether a page has a scan and no restoration of it as it is corrected now."""
+    if page.capture is None:
+        return False
+    run = page.runs.get(RESTORE)
+    return run is None or not is_of(run, effective_edits(session, page, rules))
+
+
+def outdated_pages(session: Session) -> list[int]:
+    """The numbers of the pages that were corrected since they were restored."""
+    rules = rules_of(session)
+    pages = (page for page in session.history.pages() if RESTORE in page.runs)
+    return [page.number for page in pages if needs_restoration(session, page, rules)]

@@ -1,0 +1,105 @@
+"""Define corrections as events hold them: of a page, and rules for many."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter
+
+from restore import BadInput, PageEdits, parse_edits
+from station.session.events import Event
+from station.session.history import CAPTURE, History
+
+EDITS, RULES = "edits", "rules"  # names of the decisions
+MAX_RULES = 1000
+Table = Mapping[str, Any]
+
+
+def edits_of(table: Table) -> PageEdits:
+    """Corrections from JSON values. Raises BadInput that names the field."""
+    try:
+        data = json.dumps(dict(table)).encode()
+    except RecursionError as error:
+        raise BadInput("the corrections are nested too deeply", "make them again") from error
+    return parse_edits(data, "the corrections")
+
+
+def _checked(table: dict[str, Any] | None) -> dict[str, Any] | None:
+    """Raise ValueError for corrections that no operator can have made; None stands for none."""
+    try:
+        edits_of(table or {})
+    except BadInput as error:
+        raise ValueError(str(error)) from error
+    return table
+
+
+EditsTable = Annotated[dict[str, Any] | None, AfterValidator(_checked)]
+
+
+class Scope(BaseModel):
+    """The pages of a rule, as they were when it was made.
+
+    captures  numbers of their scans, or all. side: of the corrected parts. future: also those captured later.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    captures: list[int] | Literal["all"] = "all"
+    side: Literal["any", "left", "right", "single"] = "any"
+    future: bool = False
+
+
+class Rule(BaseModel):
+    """Corrections of many pages.
+
+    id     number of the event that recorded it.
+    edits  the corrections that were given, as `PageEdits.given`; they name the parts that they are of.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    id: int
+    scope: Scope
+    edits: Annotated[dict[str, Any], AfterValidator(_checked)]
+
+    def is_on(self, capture: Event, history: History) -> bool:
+        """Whether the rule is on a page, by its scan or one of its earlier scans."""
+        shots = list(_shots(capture, history))
+        later = self.scope.future and shots[-1] > self.id
+        if self.scope.captures == "all":
+            return later or shots[-1] < self.id
+        return later or not set(shots).isdisjoint(self.scope.captures)
+
+
+RULES_TABLE: TypeAdapter[list[Rule]] = TypeAdapter(Annotated[list[Rule], Field(max_length=MAX_RULES)])
+
+
+def merged(under: Table, over: Table) -> dict[str, Any]:
+    """Merge corrections, those on top winning field by field.
+
+    Masks add up, and an empty list takes them away.
+
+    >>> merged({"layout": "whole", "parts": {"page": {"turn": 1}}}, {"parts": {"page": {"rotate_deg": 0.5}}})
+    {'layout': 'whole', 'parts': {'page': {'turn': 1, 'rotate_deg': 0.5}}}
+    """
+    parts = dict(under.get("parts", {}))
+    for name, part in over.get("parts", {}).items():
+        parts[name] = _merged_part(parts.get(name, {}), part)
+    return {**under, **over, **({"parts": parts} if parts else {})}
+
+
+def _merged_part(under: Table, over: Table) -> dict[str, Any]:
+    table = {**under, **over}
+    if over.get("masks"):
+        table["masks"] = [*under.get("masks", []), *over["masks"]]
+    if "settings" in over:
+        table["settings"] = {**under.get("settings", {}), **over["settings"]}
+    return table
+
+
+def _shots(capture: Event, history: History) -> Iterator[int]:
+    """The number of a scan, and of those that it was captured in place of, back to the first."""
+    shot: Event | None = capture
+    while shot is not None and shot.slot == CAPTURE:
+        yield shot.number
+        shot = None if shot.parent is None else history.event(shot.parent)
