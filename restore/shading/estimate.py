@@ -15,7 +15,7 @@ import numpy as np
 from restore.scan import Floats, Ints, Mask
 from restore.shading.certainty import Certainty, certainty_of
 from restore.shading.channels import as_list
-from restore.shading.lamps import SAMPLES, fit_light
+from restore.shading.lamps import SAMPLES, at_bounds, fit_light
 from restore.shading.light import Light
 from restore.shading.regions import EDGE, Regions, regions_of, unexplained
 from restore.shading.relief import Field
@@ -30,6 +30,21 @@ CERTAIN, COLOURED = 2.0, 3.0  # standard errors of the sum over blocks; of lamps
 DIMMEST = 32.0  # of the level light: less is not found in any hollow, and would be divided by
 JUDGES = 4000  # places: six to a square centimetre of A4
 JUDGED, PAGE = 2, 2000  # one judge in so many, and cells of the page, tell how certain a light is
+
+
+def blocks_of(cells: Ints, shape: tuple[int, ...]) -> Ints:
+    """Number the blocks (n,) of a page of (r, c) cells that cells (n,) lie in."""
+    row, col = np.divmod(cells, shape[1])
+    return row * BLOCKS // shape[0] * BLOCKS + col * BLOCKS // shape[1]
+
+
+def block_sums(values: Floats, blocks: Ints) -> tuple[float, float]:
+    """Add up values (n,), and estimate the standard error of the sum.
+
+    Deviations within a block go together, so that the blocks are what is counted.
+    """
+    sums = np.bincount(blocks, values, BLOCKS**2)[np.bincount(blocks, minlength=BLOCKS**2) > 0]
+    return float(sums.sum()), float(sums.std() * np.sqrt(len(sums))) if len(sums) else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +66,7 @@ class Judges:
         if len(known) < max(LEAST_REGIONS * inside.sum(), LEAST_PAPER):
             known = known[:0]
         cells = known[1 :: max(2, len(known) // JUDGES)]
-        row, col = np.divmod(cells, inside.shape[1])
-        blocks = row * BLOCKS // inside.shape[0] * BLOCKS + col * BLOCKS // inside.shape[1]
-        return cls(cells, as_list(colour)[cells], regions.labels.ravel()[cells], blocks)
+        return cls(cells, as_list(colour)[cells], regions.labels.ravel()[cells], blocks_of(cells, inside.shape))
 
     def __getitem__(self, chosen: Mask | slice) -> Judges:
         return Judges(self.cells[chosen], self.colour[chosen], self.labels[chosen], self.blocks[chosen])
@@ -65,13 +78,8 @@ class Judges:
         return np.asarray(np.mean(channels, axis=0))
 
     def gain(self, light: Field, other: Field) -> tuple[float, float]:
-        """By how much less a light (cells, 3) leaves than another, and the standard error of that sum.
-
-        Deviations within a block go together, so that the blocks are what is counted.
-        """
-        gain = np.bincount(self.blocks, self.unexplained(other) - self.unexplained(light), BLOCKS**2)
-        gain = gain[np.bincount(self.blocks, minlength=BLOCKS**2) > 0]
-        return float(gain.sum()), float(gain.std() * np.sqrt(len(gain))) if len(gain) else 0.0
+        """By how much less a light (cells, 3) leaves than another, and the standard error of that sum."""
+        return block_sums(self.unexplained(other) - self.unexplained(light), self.blocks)
 
     def prefer(self, light: Field, other: Field, errors: float = CERTAIN) -> bool:
         """Whether a light (cells, 3) leaves less than another for certain, by so many standard errors."""
@@ -113,7 +121,7 @@ def estimate_light(
     values = np.ones_like(colour)
     for fitted_to, fitted in _candidates(colour, paper, places, surroundings, regions.labels, inside):
         certainty = judges.certainty(fitted, places, inside)
-        if not certainty.certain:
+        if at_bounds(fitted) or not certainty.certain:
             continue
         for light in (fitted.of_one_colour, fitted):
             found = light.irradiance(places)
