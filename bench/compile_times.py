@@ -28,7 +28,7 @@ from station.run.small_page import small_page
 
 REPOSITORY = Path(__file__).parent.parent
 NEEDED = ("configs", "drivers", "restore", "station")
-LEAST_S = 0.2  # of a function that is listed
+MIN_S = 0.2  # of a function that is listed
 # What the process runs, with nothing but what every commit has; its operands are the page, the output and the report.
 RUN = """
 import json, sys, threading, time
@@ -71,16 +71,16 @@ class Compiled(NamedTuple):
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Print the totals, the functions over LEAST_S and the modules, those that take longest first."""
+    """Print the totals, the functions over MIN_S and the modules, those that take longest first."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, default=REPOSITORY)
     page, scan = compiled_in(parser.parse_args(arguments).folder)
     print(f"{'':<24}{'functions':>10}{'processor s':>13}")
     for title, functions in (("a page", page), ("a scan, beyond it", scan), ("both", page + scan)):
         print(f"{title:<24}{len(functions):>10}{sum(one.seconds for one in functions):>13.1f}")
-    print(f"\nfunctions over {LEAST_S} s")
+    print(f"\nfunctions over {MIN_S} s")
     for module, name, seconds in sorted(page + scan, key=lambda one: -one.seconds):
-        if seconds > LEAST_S:
+        if seconds > MIN_S:
             print(f"{seconds:7.2f}  {module}.{name}")
     print("\nmodules")
     for module, seconds, count in by_module(page + scan):

@@ -29,7 +29,7 @@ from restore.texture.page import MM_PER_INCH
 
 CARD_DPI = 355.6  # fourteen pixels to a millimetre
 MARGIN_MM = 15.0  # of the printed page
-MOST_PIXELS = 60_000  # of a page are compared
+MAX_PIXELS = 60_000  # of a page are compared
 NONE = 255  # source of what is not on the page
 ROW = "{:<9} {:>5} {:>9} {:>8} {:>8} {:>9} {:>12} {:>9} {:>8} {:>7} {:>6}"
 HEADINGS = ("sheet", "views", "wanted", "rms", "99 %", "of print", "of halves", "scale", "size", "joined", "cpu s")
@@ -133,7 +133,7 @@ def compared(page: RestoredPage, numbers: list[int], taken: PhotographSet) -> tu
     """Places (n, 2) mm of pixels of the restored page, and the true ones (n, 2) of what they show."""
     assert page.page_source is not None
     rows, cols = np.nonzero((page.page_source != NONE) & (page.page_source > 0))
-    step = len(rows) // MOST_PIXELS + 1
+    step = len(rows) // MAX_PIXELS + 1
     rows, cols = rows[::step], cols[::step]
     true = np.full((len(rows), 2), np.nan)
     for index, number in enumerate(numbers, 1):

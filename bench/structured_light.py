@@ -24,7 +24,7 @@ from restore.scan import Floats
 from restore.structured_light import scan_captures
 from restore.texture.page import MM_PER_INCH
 
-MOST_PIXELS = 60_000  # of a page are compared
+MAX_PIXELS = 60_000  # of a page are compared
 ROW = "{:<12} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}"
 HEADINGS = ("sheet", "depth mm", "99 %", "page mm", "99 %", "size mm", "measured")
 
@@ -81,7 +81,7 @@ def _measured(simulated: SimulatedRig, rng: np.random.Generator) -> tuple[str, .
 def layout_error(page: RestoredPage, simulated: SimulatedRig) -> Floats:
     """(k, 2) mm between pixels of the page and the true places on the sheet of what they show."""
     rows, cols = np.nonzero(np.isfinite(page.page_map[..., 0]))
-    step = len(rows) // MOST_PIXELS + 1
+    step = len(rows) // MAX_PIXELS + 1
     rows, cols = rows[::step], cols[::step]
     tangents = rig_of(simulated).camera.tangents(page.page_map[rows, cols].astype(float))
     _, true = simulated.points(tangents)

@@ -22,7 +22,7 @@ from restore import Settings
 
 ROOT = str(Path(restore.__file__).parent) + "/"
 SEED = 5
-MOST_SHOWN = 15
+MAX_SHOWN = 15
 
 
 class Walk:
@@ -84,7 +84,7 @@ def main() -> None:
     for (_, file), number in walk.crossings.items():
         entered[file] += number
     print(f"{len(walk.files)} files of restore, {sum(walk.crossings.values())} calls from one to another")
-    for file, number in takewhile(lambda one: one[1] > 1, entered.most_common(MOST_SHOWN)):
+    for file, number in takewhile(lambda one: one[1] > 1, entered.most_common(MAX_SHOWN)):
         print(f"{number:6d}  {file}")
 
 

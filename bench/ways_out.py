@@ -34,7 +34,7 @@ from oracles.ways_out import (
     signal_violation,
 )
 
-MOST_SIGNALS, DISK_LIMITS = 5, 50
+MAX_SIGNALS, DISK_LIMITS = 5, 50
 Cases = Generator[tuple[str, Callable[[], str]], None, None]
 """What is tried → what is wrong after it, or empty."""
 
@@ -44,7 +44,7 @@ def signals(transport: str) -> Cases:
     profile = small_profile()
     rig, commands = RIGS[transport](profile), count_commands(profile, RIGS[transport])
     with ending_handlers():
-        for number, times, command in product(ENDING_SIGNALS, range(1, MOST_SIGNALS + 1), range(commands)):
+        for number, times, command in product(ENDING_SIGNALS, range(1, MAX_SIGNALS + 1), range(commands)):
             yield f"signal {number} × {times} at {command}", partial(signal_violation, rig, number, times, command)
     rig.close()
 

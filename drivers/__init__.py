@@ -1,4 +1,4 @@
-"""Range scanners: `open_scanner(config)` opens one, `open_turntable` one with a turntable in front of it."""
+"""Range scanners: `open_scanner`, `open_turntable` with a turntable."""
 
 from __future__ import annotations
 
@@ -49,7 +49,10 @@ def open_scanner(config: Mapping[str, Any]) -> Scanner:
 
 
 def open_link(config: Mapping[str, Any]) -> tuple[Link, Profile]:
-    """The link to that scanner and its command profile; nothing is sent to it. Raises as `open_scanner`."""
+    """Return the link to that scanner and its command profile.
+
+    Nothing is sent to the scanner. Raises as `open_scanner`.
+    """
     link: tuple[Link, Profile] = _driver(config).open_link(config)
     return link
 
@@ -65,8 +68,9 @@ def _driver(config: Mapping[str, Any]) -> ModuleType:
 def open_turntable(
     config: Mapping[str, Any], *, model: str, port: str, relative: bool = False
 ) -> Iterator[tuple[Scanner, RotaryStage]]:
-    """A scanner and its turntable as a context manager; on exit the laser is off, the stage stopped, both closed.
+    """Open a scanner and its turntable as a context manager.
 
+    On exit the laser is off, the stage stopped and both are closed.
     config           the table `[scanner]`, as for `open_scanner`.
     model, relative  of the stage's controller, as for `open_stage`.
     port             its serial port; SIMULATED_PORT for a simulated stage before the simulated scanner.

@@ -11,13 +11,13 @@ from restore import RangeScan, RestoredPage
 from restore.scan import Floats
 from restore.texture.page import MM_PER_INCH
 
-MOST_PIXELS = 200_000  # of a page are compared
+MAX_PIXELS = 200_000  # of a page are compared
 
 
 def layout_error(page: RestoredPage, scan: RangeScan, truth: Truth) -> Floats:
     """(k, 2) mm between pixels of the page and the true places on the sheet of what they show."""
     rows, cols = np.nonzero(np.isfinite(page.page_map[..., 0]))
-    step = len(rows) // MOST_PIXELS + 1
+    step = len(rows) // MAX_PIXELS + 1
     rows, cols = rows[::step], cols[::step]
     places = grid_positions(page.page_map[rows, cols], scan)
     true = np.stack([map_coordinates(truth.flat[..., k], places, order=1, cval=np.nan) for k in (0, 1)], axis=1)

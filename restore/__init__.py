@@ -1,7 +1,7 @@
-"""Turn a 3D scan of a warped page into the flat page it once was. This is the public door.
+"""Turns a 3D scan of a warped page into a flat page: the public API.
 
 The names, and the modules that hold them, are in `__init__.pyi`; each module is imported when it is first needed.
-Programs that store, show and export pages find more in five side doors: `restore.scan` (array types),
+Programs that store, show and export pages find more in five further public modules: `restore.scan` (array types),
 `restore.files` (files of limited size), `restore.formats` (kinds of files and their pictures), `restore.drawing`
 (pictures of meshes) and `restore.runtime` (native libraries, compiled kernels). All other modules are private.
 """

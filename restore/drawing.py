@@ -1,4 +1,7 @@
-"""Side door for pictures of meshes: triangles as pixels, normals, and the strain of a flat page."""
+"""Public functions for pictures of meshes.
+
+Triangles as pixels, normals, and the strain of a flat page.
+"""
 
 from restore.mesh.measures import vertex_normals
 from restore.mesh.raster import rasterise

@@ -8,7 +8,9 @@ RestoreError           anything below; carries the exit code and what to do now
 
 
 class RestoreError(Exception):
-    """A restoration that cannot go on. `hint` says what to do now; `exit_code` is the command's.
+    """A restoration that cannot continue.
+
+    `hint` says what to do now; `exit_code` is the command's.
 
     >>> try:
     ...     load_scan("gone.obj")
@@ -25,7 +27,9 @@ class RestoreError(Exception):
 
 
 class BadInput(RestoreError):
-    """Raised when a file is damaged or an argument is out of range; the message names the file and the fault.
+    """A file is damaged or an argument is out of range.
+
+    The message names the file and what is wrong.
 
     >>> Projector(1, 1)
     Traceback (most recent call last):
@@ -49,6 +53,9 @@ class NotEnoughSurface(RestoreError):
 
 
 class LibraryMissing(RestoreError):
-    """Raised when a native library cannot be loaded; the hint names the package of the system that holds it."""
+    """A native library cannot be loaded.
+
+    The hint names the package of the system that holds it.
+    """
 
     exit_code = 2

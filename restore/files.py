@@ -1,4 +1,7 @@
-"""Files that are opened: regular ones, of a limited size. A pipe would block, a device never end."""
+"""Opens regular files of a limited size only.
+
+A pipe would block, a device never end.
+"""
 
 from __future__ import annotations
 
@@ -17,9 +20,10 @@ MAX_TOML_LINE = 1000
 
 
 def read_regular(path: Path, limit: int) -> bytes:
-    """The whole of a regular file. Raises OSError, also for a file of another kind and one of more than `limit` bytes.
+    """Read the whole of a regular file.
 
-    ValueError for a name that no disk takes.
+    Raises OSError, also for a file of another kind and one of more than `limit` bytes, ValueError for a name that no
+    disk accepts.
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY)
     try:
@@ -37,7 +41,10 @@ def read_regular(path: Path, limit: int) -> bytes:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """The table of a TOML file. Raises OSError as `read_regular`, ValueError for what is no TOML within limits."""
+    """Read the table of a TOML file.
+
+    Raises OSError as `read_regular`, ValueError for a file that is not TOML within limits.
+    """
     data = read_regular(path, MAX_TOML_BYTES)
     if max(map(len, data.split(b"\n"))) > MAX_TOML_LINE:
         raise ValueError(f"a line is longer than {MAX_TOML_LINE} bytes")

@@ -1,7 +1,8 @@
-"""Findings: what a restoration reports about a page, and the one table of their codes and sentences.
+"""Findings: what a restoration reports about a page.
 
-Code that measures makes a finding with `Finding.of(code, …)`; reports, quality checks, batches and the console read
-its code and severity. No code looks into a sentence. The limits above which a finding is made stay with what measures.
+The one table of their codes and sentences. Code that measures makes a finding with `Finding.of(code, …)`; reports,
+quality checks, batches and the web interface read its code and severity. No code reads a sentence. The limits above
+which a finding is made stay with the code that measures.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ Severity = Literal["note", "warning", "doubt"]
 
 
 class Code(NamedTuple):
-    """An entry of the table.
+    """Entry of the table.
 
-    share_of  what a finding's `share` is a fraction of; empty where it has none.
+    share_of: what a finding's `share` is a fraction of; empty where it has none.
     """
 
     severity: Severity
@@ -33,6 +34,11 @@ CODES: Mapping[str, Code] = {
     "colours_left_out": Code(
         "warning",
         "the vertex colours are not used, because the surface cannot be packed into an image: {reason}",
+    ),
+    "colours_ambiguous": Code(
+        "warning",
+        "the vertex colours are not used: of the seven numbers of a vertex the fourth and the last never change, so "
+        "that either may be the colour. Export six numbers for each vertex: x y z r g b",
     ),
     "bare_faces": Code(
         "warning",
@@ -135,6 +141,12 @@ CODES: Mapping[str, Code] = {
         "warning",
         "the scan shows {surfaces} as large as a page: only the largest is restored. Call `separate_sheets` "
         "for the others",
+    ),
+    "unconnected": Code(
+        "warning",
+        "{share:.0%} of the measured samples off the table do not connect to the page and are left out. Where they "
+        "show a part of the page, raise the laser power for dark ink, or turn the page so that steep parts are seen",
+        "samples",
     ),
     "unseen_edge": Code(
         "warning",
@@ -336,10 +348,10 @@ CODES: Mapping[str, Code] = {
 class Finding:
     """One thing that a restoration reports about a page.
 
-    code      key of CODES: all that code may branch on.
-    severity  note, warning or doubt.
-    share     0 to 1, of what the code's entry names; None where it is not a fraction.
-    text      one sentence for the operator, with the remedy.
+    code: key of CODES: all that code may branch on.
+    severity: note, warning or doubt.
+    share: 0 to 1, of what the code's entry names; None where it is not a fraction.
+    text: one sentence for the operator, with the remedy.
 
     >>> found = Finding.of("cut_off", 0.12)
     >>> found.severity, found.text[:27]
@@ -355,18 +367,19 @@ class Finding:
 
     @classmethod
     def of(cls, code: str, share: float | None = None, **values: Any) -> Self:
-        """A finding of a code of the table, its sentence filled in with a fraction and other values.
+        """Make a finding of a code of the table.
 
-        Raises KeyError for an unknown code or a missing value.
+        Its sentence is filled in with a fraction and other values. Raises KeyError for an unknown code or a missing
+        value.
         """
         severity, text, _ = CODES[code]
         return cls(code, severity, share, text.format(share=share, **values))
 
     @classmethod
     def from_json(cls, value: Any) -> Self:
-        """The finding of a JSON object as `as_json` writes it, or of a plain sentence of an older record.
+        """Make a finding of a JSON object as `as_json` writes it.
 
-        Raises ValueError for anything else.
+        Or of a plain sentence of an older record. Raises ValueError for anything else.
         """
         match value:
             case str(text):

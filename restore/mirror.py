@@ -1,4 +1,7 @@
-"""A restored page turned over from left to right, as one that was read from a mirrored file."""
+"""Mirrors a restored page from left to right.
+
+It is needed for one that was read from a mirrored file.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,10 @@ def mirror_page(page: RestoredPage) -> RestoredPage:
 
 
 def _mirror_report(report: Mapping[str, Any]) -> dict[str, Any]:
-    """The report of a mirrored page: a place on it, that it is mirrored, if it is, and how far it is turned then."""
+    """Return the report of a mirrored page.
+
+    A place on it, that it is mirrored, if it is, and how far it is rotated then.
+    """
     mirrored = dict(report)
     strain = mirrored.get("strain", {})
     if place := strain.get("chord_strain", {}).get("max_difference_at_mm"):
@@ -43,5 +49,8 @@ def _mirror_report(report: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _mirror_mesh(mesh: FlatMesh) -> FlatMesh:
-    """The mesh with its flat positions mirrored, and its faces (m, 3) the other way round."""
+    """Return the mesh mirrored: flat positions and face orientation.
+
+    The faces are (m, 3).
+    """
     return replace(mesh, flat=mesh.flat * np.array([-1.0, 1.0]), faces=np.ascontiguousarray(mesh.faces[:, ::-1]))

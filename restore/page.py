@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from restore.findings import Finding
 from restore.mesh.topology import Topology
+from restore.runtime.given_later import given_later
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
 
@@ -44,7 +45,10 @@ class FlatMesh(SurfaceMesh):
 
     @property
     def edges(self) -> Ints:
-        """(e, 2): each edge of its faces once, the smaller vertex first, in ascending order."""
+        """Return the edges (e, 2) of the faces, each once.
+
+        The smaller vertex first, in ascending order.
+        """
         return self.topology.edges
 
     @property
@@ -54,8 +58,10 @@ class FlatMesh(SurfaceMesh):
 
     @classmethod
     def of(cls, mesh: SurfaceMesh, flat: Floats, lengths: Floats, iterations: int, **convergence: Any) -> Self:
-        """A flat mesh from a surface mesh, its flat positions (n, 2) mm and its rest lengths (e,) mm.
+        """Make a flat mesh from a surface mesh.
 
+        flat: (n, 2) mm.
+        lengths: (e,) mm, rest lengths.
         convergence: `residual` and `converged` of the solver.
         """
         surface: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
@@ -66,6 +72,7 @@ IMAGES = ("image", "mask", "page_map", "master", "coverage", "page_source")
 """The fields of a `RestoredPage` that are arrays (h, w, …) over its pixels."""
 
 
+@given_later("page_map")
 @dataclass(frozen=True, eq=False)
 class RestoredPage:
     """The flat page, painted true to scale.
@@ -77,6 +84,7 @@ class RestoredPage:
     fine      the finer mesh that maps the picture to the page, the same when the scan has no grid.
     report    options, sizes, strain, findings and times (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
+              It may be given as a function that draws it.
     master    (h, w, 3) uint8 RGB, the page with its shading; equal to the image where shading is kept.
     coverage  (h, w) uint8, the kind of each pixel: values of `restore.texture.coverage.CoverageClass`.
     page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
@@ -102,7 +110,10 @@ class RestoredPage:
     findings: tuple[Finding, ...] = ()
 
     def changed_images(self, change: Callable[[str, NDArray[Any]], NDArray[Any]]) -> dict[str, Any]:
-        """The fields of `IMAGES` after change(name, array (h, w, …)); one that is None stays None."""
+        """Return the fields of `IMAGES` after change(name, array (h, w, …)).
+
+        A field that is None stays None.
+        """
         fields = {name: getattr(self, name) for name in IMAGES}
         return {name: None if one is None else np.ascontiguousarray(change(name, one)) for name, one in fields.items()}
 

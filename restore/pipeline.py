@@ -1,11 +1,14 @@
-"""One scan, from the range grid to the page: prepare → unroll (decimate, flatten, refine) → texture → shade."""
+"""One scan, from the range grid to the page.
+
+The stages: prepare → unroll (decimate, flatten, refine) → texture → shade.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from restore.findings import Finding
 from restore.flattening.methods import OnStep
@@ -50,10 +53,10 @@ def restore(
 
     scan: one that `load_scan` or a scanner gave, or a sheet that `separate_sheets` found in one.
     photos: photographs of the same page by any camera, (h, w, 3) uint8 RGB or as `read_photographs` gives them. The
-    page is painted from those whose registration to the scan is certain; the report lists all.
-    progress(stage, fraction done) is called at the start and end of each stage;
-    on_step(step, positions (n, 3) mm, faces (m, 3)) after every time step of the flattening.
-    Raises NotEnoughSurface when there is no page in the scan, BadInput when the scan cannot be used.
+        page is textured from those that are registered reliably to the scan; the report lists all.
+    progress: called as progress(stage, fraction done) at the start and end of each stage.
+    on_step: called as on_step(step, positions (n, 3) mm, faces (m, 3)) after every time step of the flattening.
+    Raises NotEnoughSurface when the scan shows no page, BadInput when it cannot be used.
 
     >>> from drivers.simulated import Curl, shoot
     >>> scan, truth = shoot(Curl(), mode="fast", page_mm=(200.0, 150.0))
@@ -100,7 +103,7 @@ def restore(
         coverage.mask,
         unrolled.coarse,
         report,
-        painting.source,
+        cast(Any, painting.source.whole),  # drawn when it is read
         fine,
         painting.image,
         coverage.seen,
@@ -110,7 +113,10 @@ def restore(
 
 
 def leaf_fields(report: Mapping[str, Any]) -> dict[str, Any]:
-    """The size of a leaf of an opened book without the strip of the facing page; empty for any other page."""
+    """Return the size of a leaf without the strip of the facing page.
+
+    Empty for a page that is not a leaf of an opened book.
+    """
     facing = report["coverage"]["facing"]
     width, height = report["page_mm"]
     return {"leaf_mm": [width * (1.0 - facing), height]} if facing else {}
@@ -134,7 +140,10 @@ def _paint(prepared: Prepared, fine: FlatMesh, registered: Sequence[Registered],
 
 
 class Shaded(NamedTuple):
-    """A page (h, w, 3) in the light and colours that the settings ask for, with fields of the report and findings."""
+    """Page (h, w, 3) in the light and colours that the settings ask for.
+
+    With fields of the report and findings.
+    """
 
     image: Bytes
     report: dict[str, Any]
@@ -144,7 +153,10 @@ class Shaded(NamedTuple):
 def _shade(
     prepared: Prepared, fine: FlatMesh, painting: Painting, registered: Sequence[Registered], settings: Settings
 ) -> Shaded:
-    """The painted page without its light and the lamp's colour, as far as settings and page allow."""
+    """Remove the light and the lamp's colour from a textured page.
+
+    As far as settings and page allow.
+    """
     image, mask, dpi = painting.image, painting.mask, settings.dpi
     light: Mapping[str, Any] = {}
     white: Mapping[str, Any] = {"setting": "keep"}

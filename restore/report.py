@@ -1,4 +1,7 @@
-"""The report of a restoration as plain values for a JSON file: options, sizes, strain, findings."""
+"""The report of a restoration as plain values for a JSON file.
+
+Options, sizes, strain, findings.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +63,10 @@ def describe(prepared: Prepared, unrolled: Unrolled, painting: Painting, setting
 
 
 def _face_strain_statistics(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, float]]:
-    """Area-weighted mean and rms, and greatest absolute value, of the stretch and shear of the faces."""
+    """Return statistics of the stretch and shear of the faces.
+
+    Area-weighted mean and rms, and greatest absolute value.
+    """
     strain = face_strain(mesh.flat, mesh.faces, edges, mesh.lengths)
     area = np.abs(signed_areas(mesh.flat, mesh.faces))
     weight = area / area.sum()
@@ -75,7 +81,10 @@ def _face_strain_statistics(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, 
 
 
 def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
-    """Strain against the straight lengths of the edges, and how far the rest lengths differ from those, and where."""
+    """Return the strain against the straight lengths of the edges.
+
+    And how far the rest lengths differ from those, and where.
+    """
     chords = straight_lengths(mesh.vertices, edges)
     chords = np.maximum(chords, SINGLE_PRECISION * chords.mean())
     strain, estimated = edge_strain(mesh.flat, edges, chords), mesh.lengths / chords - 1.0

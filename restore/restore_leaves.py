@@ -1,4 +1,7 @@
-"""Restore an opened book as two leaves, each flattened by itself, or as the whole where it is not one."""
+"""Restores an opened book as two leaves, each flattened separately.
+
+Or as the whole where it is not an opened book.
+"""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class RangeScan:
 
     @property
     def measured(self) -> Mask:
-        """(rows, cols) bool, True where the scanner measured a point."""
+        """Return where the scanner measured a point, (rows, cols) bool."""
         x, y, z = np.moveaxis(np.isfinite(self.points), 2, 0)  # `all` over so short an axis takes twenty times as long
         return np.asarray(x & y & z)
 
@@ -102,7 +102,15 @@ class ScannedSheet(ABC):
     @property
     @abstractmethod
     def is_rectangular(self) -> bool:
-        """Whether the sheet, laid flat, is a rectangle: a whole page, not a fragment of a torn one."""
+        """Return whether the flat sheet is a rectangle.
+
+        It is a whole page, then, not a fragment of a torn one.
+        """
+
+    @property
+    def area(self) -> Mask | None:
+        """Return the sheet in a range image (rows, cols), None where not known."""
+        return None
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,7 @@
-"""Refuse scans whose arrays do not fit together, and provenance that cannot be read, before any work."""
+"""Refuses scans that cannot be used, before any work.
+
+Their arrays do not fit together, or their provenance cannot be read.
+"""
 
 from __future__ import annotations
 
@@ -12,15 +15,17 @@ from restore.errors import BadInput
 from restore.scan import Bytes, Floats, Mask, RangeScan, SurfaceMesh
 
 HINT = "read the scan with load_scan, or give arrays as RangeScan and SurfaceMesh describe them"
-FARTHEST_PX = 2.0**52  # farther off, double precision tells no part of a pixel
+FARTHEST_PX = 2.0**52  # farther off, double precision does not resolve a pixel
 MAX_SUPER_FACTOR = 16  # shots on a grid of sixteenths of a pixel: finer than any registration
 PROVENANCE_HINT = "give a dictionary of JSON values, as RangeScan describes it"
 
 
 def refuse_unusable(scan: RangeScan | SurfaceMesh) -> None:
-    """Raise BadInput for arrays of other shapes or types than RangeScan and SurfaceMesh tell, for a picture that shows
-    nothing of the scan, and for a provenance that cannot be read. The vertices and faces of a mesh are checked where
-    it is validated."""
+    """Raise BadInput for a scan that cannot be used.
+
+    For arrays of other shapes or types than RangeScan and SurfaceMesh allow, for a picture that shows nothing of the
+    scan, and for a provenance that cannot be read. The vertices and faces of a mesh are checked where it is validated.
+    """
     check_provenance(scan.provenance)
     if scan.texture is not None:
         _check_picture(scan.texture)
@@ -70,7 +75,10 @@ def _check_array(what: str, array: Any) -> None:
 
 
 def _seen(places: Floats, texture: Bytes) -> Mask:
-    """(...) True where texture pixels (..., 2) lie in the picture (h, w, 3)."""
+    """Return which texture pixels (..., 2) are in a picture (h, w, 3).
+
+    Returns (...) bool.
+    """
     height, width = texture.shape[:2]
     x, y = places[..., 0], places[..., 1]
     seen: Mask = (x >= -0.5) & (x <= width - 0.5) & (y >= -0.5) & (y <= height - 0.5)
@@ -82,7 +90,10 @@ def _described(array: Any) -> str:
 
 
 class SuperRecord(BaseModel):
-    """Record of the super-resolution of a colour image: its pixels per pixel of the camera, along one side."""
+    """Record of the super-resolution of a colour image.
+
+    Its pixels per pixel of the camera, along one side.
+    """
 
     factor: int = Field(default=1, ge=1, le=MAX_SUPER_FACTOR)
 

@@ -17,7 +17,10 @@ RIGHT_ANGLES = (0, 90, 180, 270)
 
 @checks_types
 def rotate_page(page: RestoredPage, degrees: int) -> RestoredPage:
-    """The page turned clockwise by 0, 90, 180 or 270 degrees: its pictures, its maps and its flat meshes.
+    """Rotate a page clockwise by 0, 90, 180 or 270 degrees.
+
+    With its pictures, its maps and its flat meshes. The report has the size of the rotated page, and in `rotation_deg`
+    how far it is rotated in all, if it is. Raises ValueError for another angle.
 
     The report has the size of the turned page, and in `rotation_deg` how far it is turned in all, if it is. Raises
     ValueError for another angle.
@@ -38,7 +41,10 @@ def rotate_page(page: RestoredPage, degrees: int) -> RestoredPage:
 
 
 def _turn_report(report: Mapping[str, Any], quarters: int) -> dict[str, Any]:
-    """The report of a turned page: its size, a place on it, and how far it is turned in all."""
+    """Return the report of a rotated page.
+
+    Its size, a place on it, and how far it is rotated in all.
+    """
     turned = {**report, "page_mm": list(report["page_mm"])[:: -1 if quarters % 2 else 1]}
     strain = turned.get("strain", {})
     if place := strain.get("chord_strain", {}).get("max_difference_at_mm"):

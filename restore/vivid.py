@@ -1,6 +1,7 @@
-"""Optical constants of the VIVID 900 and 910 that its driver and the readers of its files share.
+"""Optical constants of the VIVID 900 and 910.
 
-Source: VIVID 910 hardware manual (Minolta 9222-1888-19), pages as given.
+The driver and the readers of its files use them. Source: VIVID 910 hardware manual (Minolta 9222-1888-19), pages as
+given.
 """
 
 from __future__ import annotations

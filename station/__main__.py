@@ -6,7 +6,10 @@ from station.interrupt import end_on_ctrl_c
 
 
 def main() -> int:
-    """Load the command and run it with the arguments of the process. Returns the exit code."""
+    """Load the command and run it with the arguments of the process.
+
+    Returns the exit code.
+    """
     end_on_ctrl_c()
     from station.cli import main as run
 

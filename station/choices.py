@@ -17,10 +17,10 @@ Shading = Literal["keep", "remove"]
 class Sheets(StrEnum):
     """What becomes of several pieces of surface in one scan.
 
-    AUTO      rectangular sheets of a mesh as SEPARATE, fragments as TOGETHER, a shot of the scanner as LARGEST.
-    SEPARATE  each is a page of its own, `<stem>-1`, `<stem>-2` and so on, left to right as the scanner saw them.
-    LARGEST   the largest is the page; a warning tells of the others.
-    TOGETHER  all are laid out in one picture.
+    AUTO: rectangular sheets of a mesh as SEPARATE, fragments as TOGETHER, a capture of the scanner as LARGEST.
+    SEPARATE: each is a page, `<stem>-1`, `<stem>-2` and so on, left to right as the scanner saw them.
+    LARGEST: the largest is the page; a warning reports the others.
+    TOGETHER: all are arranged in one picture.
     """
 
     AUTO = "auto"

@@ -12,12 +12,13 @@ from station.commands.calibrate import axis, board, calibrate
 from station.commands.capture import capture
 from station.commands.card import card
 from station.commands.compile import compile_command
+from station.commands.demo import demo
 from station.commands.devices import devices
 from station.commands.doctor import doctor
 from station.commands.export import export
 from station.commands.groups import CommandGroups, with_verbosity
 from station.commands.layout import layout
-from station.commands.page import demo, merge, photos, restore, scan
+from station.commands.page import merge, photos, restore, scan
 from station.commands.park import park
 from station.commands.patterns import patterns
 from station.commands.preservation import reindex, repair, reproduce, verify
@@ -44,11 +45,15 @@ app = typer.Typer(cls=CommandGroups, invoke_without_command=True, pretty_excepti
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command with the given arguments, the process's own when None. Returns the exit code."""
+    """Run the command with the given arguments, or those of the process.
+
+    arguments: None for those of the process.
+    Returns the exit code.
+    """
     occupy_standard_streams()
     try:
         code = app(None if arguments is None else list(arguments), prog_name="planish", standalone_mode=False)
-    except SystemExit as end:  # typer ends so when nobody reads its help
+    except SystemExit as end:  # typer ends so when the reader of its help is gone
         return READER_GONE if isinstance(end.__context__, BrokenPipeError) else int(end.code or 0)
     except UsageError as error:  # of an option, before its command begins
         print_fault(explain(error))

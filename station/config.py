@@ -1,4 +1,7 @@
-"""The configuration of a station, and validation of settings under the names that the operator uses."""
+"""The configuration of a station, and validation of settings.
+
+Under the names that the operator uses.
+"""
 
 from __future__ import annotations
 
@@ -69,7 +72,12 @@ class TurntableSettings(BaseModel):
 
 
 class StationConfig(BaseModel):
-    """scanner: for the driver that it names; stage: when there is one; the rest as the models of the same names."""
+    """Configuration of a station.
+
+    scanner: for the driver that it names.
+    stage: None without a turntable.
+    The rest as the models of the same names.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
     scanner: dict[str, Any]
@@ -87,7 +95,10 @@ class StationConfig(BaseModel):
 
 
 def load_config(path: Path) -> StationConfig:
-    """Read a station's TOML file, or a shipped one by its name. Raises UsageError that names file and key."""
+    """Read a station's TOML file, or a shipped one by its name.
+
+    Raises UsageError that names file and key.
+    """
     name = path
     if path.suffix != ".toml" and (path.is_dir() or not path.exists()):
         path = CONFIGS / f"{path}.toml"
@@ -107,7 +118,10 @@ def load_config(path: Path) -> StationConfig:
 
 
 def not_there(what: str, name: str, shipped: Path) -> UsageError:
-    """The error for a TOML file that is not there; it names one that was meant, and those that come along."""
+    """Return the error for a TOML file that does not exist.
+
+    It names one that was meant, and the bundled ones.
+    """
     meant = Path(f"{name}.toml")
     own = f"give the whole name, {meant}" if meant.is_file() else "give the path of a TOML file"
     named = ", ".join(sorted(path.stem for path in shipped.glob("*.toml")))
@@ -115,7 +129,10 @@ def not_there(what: str, name: str, shipped: Path) -> UsageError:
 
 
 def _resolve_file_names(path: Path, scanner: Any) -> None:
-    """Resolve file names in a scanner's table against the folder of the configuration, in place."""
+    """Resolve file names in a scanner's table, in place.
+
+    Against the folder of the configuration.
+    """
     if isinstance(scanner, dict):
         for key in ("profile", "calibration", "body"):
             if str(scanner.get(key, "")).endswith(".toml"):
@@ -123,7 +140,10 @@ def _resolve_file_names(path: Path, scanner: Any) -> None:
 
 
 def build_model(model: type[Model], values: Mapping[str, Any], *, name: Callable[[str], str], hint: str) -> Model:
-    """Build the model. Raises UsageError for the values that do not fit, under the names the caller knows."""
+    """Build the model.
+
+    Raises UsageError for the values that do not fit, under the names the caller knows.
+    """
     try:
         return model.model_validate(values)
     except ValidationError as error:

@@ -37,7 +37,10 @@ class StationError(Exception):
 
 
 class UsageError(StationError):
-    """Raised before any work when an option or a key of the configuration is not usable; the message names it."""
+    """An option or a key of the configuration is not usable.
+
+    Raised before any work; the message names it.
+    """
 
     exit_code = USAGE
 
@@ -58,7 +61,10 @@ class FolderInUse(UsageError):
 
 
 class JournalDamaged(StationError):
-    """Raised when the journal of an interrupted run cannot be read; names where the earlier files are."""
+    """The journal of an interrupted run cannot be read.
+
+    The message names where the earlier files are.
+    """
 
     exit_code = DISK
 
@@ -70,7 +76,10 @@ class JournalDamaged(StationError):
 
 
 class Stopped(BaseException):
-    """Raised when the process receives a signal to end, so that the scanner is let go and half files are removed."""
+    """The process received a signal to end.
+
+    The scanner is released and partial files are removed.
+    """
 
     def __init__(self, number: int) -> None:
         super().__init__(signal.Signals(number).name)
@@ -79,7 +88,10 @@ class Stopped(BaseException):
 
 @runtime_checkable
 class ReportedError(Protocol):
-    """Protocol of the errors of station, restore and drivers that carry an exit code and a hint."""
+    """Protocol of the errors that carry an exit code and a hint.
+
+    Those of station, restore and drivers.
+    """
 
     exit_code: int
     hint: str
@@ -87,7 +99,10 @@ class ReportedError(Protocol):
 
 @dataclass(frozen=True)
 class Fault:
-    """An error for the operator: exit code of the command, message, hints of one line each."""
+    """Error for the operator.
+
+    Exit code of the command, message, hints of one line each.
+    """
 
     exit_code: int
     message: str
@@ -110,7 +125,10 @@ DISK_HINTS = {
 
 
 def explain(error: BaseException) -> Fault:
-    """The fault that describes any error. Notes added to the error (`add_note`) become further hints."""
+    """Return the fault that describes any error.
+
+    Notes added to the error (`add_note`) become further hints.
+    """
     code, message, hint = _describe(_interruption(error) or error)
     lines = dict.fromkeys(line for line in (hint, *getattr(error, "__notes__", ())) if line)
     warning = [LASER_MAY_BE_ON] if LASER_MAY_BE_ON in lines else []  # the last line, where the eye rests
@@ -118,7 +136,10 @@ def explain(error: BaseException) -> Fault:
 
 
 def _interruption(error: BaseException | None) -> BaseException | None:
-    """The interruption that caused the error, if any: native libraries raise errors of their own on a signal."""
+    """Return the interruption that caused the error, if any.
+
+    Native libraries raise their own errors on a signal.
+    """
     while error and not isinstance(error, KeyboardInterrupt | Stopped):
         error = error.__cause__ or error.__context__
     return error
@@ -151,7 +172,10 @@ def _disk_hint(error: OSError) -> str:
 
 
 def _mounted_at(path: object) -> str:
-    """ " on the disk at <mount point>" for the path of a file, also one in a folder that is gone; empty without one."""
+    """Return " on the disk at <mount point>" for the path of a file.
+
+    Also for one in a folder that is gone; empty without a path.
+    """
     if not isinstance(path, str) or path == STANDARD_OUTPUT:
         return ""
     try:

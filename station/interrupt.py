@@ -1,6 +1,7 @@
-"""Ctrl-C while the command is being loaded ends the process at once, with the lines of every later Ctrl-C.
+"""Ctrl-C while the command is being loaded ends the process at once.
 
-An exception would not do: imports of native libraries, and typer, turn a KeyboardInterrupt into something else.
+With the lines of every later Ctrl-C. An exception would not do: imports of native libraries, and typer, turn a
+KeyboardInterrupt into something else.
 """
 
 from __future__ import annotations
@@ -14,7 +15,10 @@ MESSAGE, HINT = "stopped by Ctrl-C", "run the same command again to start over"
 
 
 def end_at_once(_number: int, _frame: FrameType | None) -> None:
-    """Print the lines and end the process: nothing has begun that would have to be closed. A signal handler."""
+    """Print the lines and end the process: a signal handler.
+
+    Nothing has begun that would have to be closed.
+    """
     os.write(2, f"planish: {MESSAGE}\n  {HINT}\n".encode())
     os._exit(EXIT_CODE)
 
@@ -26,6 +30,9 @@ def end_on_ctrl_c() -> None:
 
 
 def raise_on_ctrl_c() -> None:
-    """Let Ctrl-C raise KeyboardInterrupt again: from here on there is work to be ended in order."""
+    """Let Ctrl-C raise KeyboardInterrupt again.
+
+    From here on work has to be ended in order.
+    """
     if signal.getsignal(signal.SIGINT) is end_at_once:
         signal.signal(signal.SIGINT, signal.default_int_handler)

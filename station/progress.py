@@ -12,7 +12,7 @@ from typing import TextIO
 COMPILING = "compiling, once"
 WHOLE = "whole run"
 """The stage that stands for all stages of a run together; its bar says how long the run still takes."""
-EARLY, LATE = 0.1, 0.99  # shares of a run: before the first nothing is known of its speed, after the second it is over
+EARLY, LATE = 0.1, 0.99  # fractions of a run: before the first its speed is not known, after the second it is over
 SECONDS, MINUTES = 10, 120  # the time left is rounded to as many seconds; beyond the second, to minutes
 
 
@@ -31,7 +31,11 @@ Progress = Callable[[str, float], None]
 
 
 def time_left(elapsed: float, share: float) -> str:
-    """How long a run still takes that took so many seconds for a share of its time; empty while it is not known."""
+    """Return how long a run still takes, as text.
+
+    Empty while it is not known.
+    elapsed: seconds for the fraction `share` of its time.
+    """
     if not EARLY <= share <= LATE:
         return ""
     seconds = elapsed * (1 - share) / share
@@ -46,11 +50,10 @@ def silent(_stage: str, _fraction: float) -> None:
 
 @contextmanager
 def progress_on(stream: TextIO | None) -> Iterator[Progress]:
-    """Show progress on `stream` while the block runs: bars, one a stage, if it is a terminal.
+    """Show progress on `stream` while the block runs.
 
-    Verbose, a line for each stage that begins, on any stream. Otherwise, and when quiet, nothing.
-    A stream that was closed before the program began is None.
-
+    Bars, one a stage, if it is a terminal. Verbose, a line for each stage that begins, on any stream. Otherwise, and
+    when quiet, nothing. A stream that was closed before the program began is None.
     A stage that waits for the compilation of kernels is labelled: it takes seconds, and looks like a fault.
     """
     level = verbosity.get()
@@ -88,7 +91,10 @@ def progress_on(stream: TextIO | None) -> Iterator[Progress]:
 
 
 def _lines_on(stream: TextIO) -> Progress:
-    """A line on `stream` for each stage that begins, with the seconds since the first one."""
+    """Write a line for each stage that begins.
+
+    With the seconds since the first one.
+    """
     start, begun = monotonic(), {WHOLE}
 
     def show(stage: str, _fraction: float) -> None:

@@ -9,7 +9,10 @@ from importlib.metadata import version as installed_version
 
 @cache
 def software_version() -> str:
-    """Name and version: `planish 0.1.0`; without a number where it runs from sources that are not installed."""
+    """Return name and version: `planish 0.1.0`.
+
+    Without a number where it runs from sources that are not installed.
+    """
     try:
         return f"planish {installed_version('planish')}"
     except PackageNotFoundError:

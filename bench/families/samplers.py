@@ -16,10 +16,10 @@ from restore.mesh.triangulate import compact
 from restore.scan import Floats, Ints, SurfaceMesh
 
 DENSE = 8  # times the points of the decimated mesh, at least …
-LEAST_DENSE = 20_000
+MIN_DENSE = 20_000
 DISTANCE_MM = 900.0
-MOST_NOISE_MM = 0.3
-MOST_FOLDED = 0.05  # of the faces
+MAX_NOISE_MM = 0.3
+MAX_FOLDED = 0.05  # of the faces
 SIZES_MM = (20.0, 2000.0)  # width of the page
 SLIVER, FOLDED = 0.97, 1.2  # of the way to the opposite side that a corner is moved
 FLATTEST = 1e-6  # of the spacing squared: Delaunay leaves faces without area along straight borders
@@ -43,7 +43,7 @@ def random_sample(seed: int, points: int) -> Sample:
     spacing = float(np.sqrt(np.prod(PAGE_MM) / points))
     family, sheet = random_sheet(rng, spacing)
     sampler = str(rng.choice([*DIRECT, *DECIMATORS]))
-    before, after = (rng.uniform(0, MOST_NOISE_MM) if rng.random() < 0.4 else 0.0 for _ in range(2))
+    before, after = (rng.uniform(0, MAX_NOISE_MM) if rng.random() < 0.4 else 0.0 for _ in range(2))
     if sampler in DIRECT:
         flat, faces = joined(DIRECT[sampler](points, rng))
         if rng.random() < 0.3:
@@ -78,8 +78,8 @@ def _doubled(flat: Floats, faces: Ints) -> Floats:
 
 
 def spoilt(flat: Floats, faces: Ints, rng: np.random.Generator) -> Floats:
-    """The points with up to MOST_FOLDED of the faces folded over or made slivers: a corner is moved over its side."""
-    flat, chosen = flat.copy(), rng.permutation(len(faces))[: int(rng.uniform(0, MOST_FOLDED) * len(faces))]
+    """The points with up to MAX_FOLDED of the faces folded over or made slivers: a corner is moved over its side."""
+    flat, chosen = flat.copy(), rng.permutation(len(faces))[: int(rng.uniform(0, MAX_FOLDED) * len(faces))]
     inner = np.abs(flat) < 0.45 * np.array(PAGE_MM)
     touched = np.zeros(len(flat), bool)
     for face in faces[chosen]:
@@ -150,7 +150,7 @@ def decimated(sheet: Warp, points: int, noise_mm: float, run: Decimator) -> tupl
     The truth of a vertex is that of the nearest point of the dense surface without noise.
     """
     rng = np.random.default_rng(0)
-    flat, dense = joined(_grid(max(DENSE * points, LEAST_DENSE), rng))
+    flat, dense = joined(_grid(max(DENSE * points, MIN_DENSE), rng))
     clean = sheet(flat)
     noisy = clean + noise_mm * np.random.default_rng(len(flat)).normal(size=(len(clean), 1)) * _sight(clean)
     vertices, faces = run(noisy, dense, points)

@@ -14,11 +14,11 @@ from restore.scan import Floats
 PAGE_MM = (280.0, 200.0)
 REACH_MM = float(np.hypot(*PAGE_MM)) / 2  # half the diagonal: no ruling may meet another nearer than this
 STRIP_MM = 0.4  # between rulings: at a radius of 60 mm the strips stay within 0.4 µm of the smooth surface
-MOST_TURN_DEG = 230.0  # between the steepest two slopes of a sheet
+MAX_TURN_DEG = 230.0  # between the steepest two slopes of a sheet
 CROSSING = 0.6  # of the change of lean at which neighbouring rulings would meet at the border of the page
 CURVED_DEG = (2.5, 40.0)  # between the sheet and the plane that it is mirrored at: a curved crease of twice that
 FOLD_DEG = (5.0, 80.0)
-MOST_FOLDS = 5
+MAX_FOLDS = 5
 
 Warp = Callable[[Floats], Floats]
 
@@ -97,14 +97,14 @@ def _ruled(rng: np.random.Generator, spacing_mm: float, *, bent: bool, folds: in
             nearest = int(np.argmin(np.abs(offsets - place)))
             turns[nearest] += np.radians(rng.uniform(*FOLD_DEG)) * rng.choice([-1, 1])
     slope = np.cumsum(turns)
-    turns *= min(1.0, np.radians(MOST_TURN_DEG) / max(np.ptp(slope), 1e-9))
+    turns *= min(1.0, np.radians(MAX_TURN_DEG) / max(np.ptp(slope), 1e-9))
     return Ruled(offsets, leans, turns, float(rng.uniform(-np.pi, np.pi)))
 
 
 def _curvature(offsets: Floats, rng: np.random.Generator) -> Floats:
     """(k,) 1/mm: an even roll, a wave, or both."""
     span = PAGE_MM[0]
-    roll = np.radians(rng.uniform(20, MOST_TURN_DEG)) / span * rng.choice([-1, 1])
+    roll = np.radians(rng.uniform(20, MAX_TURN_DEG)) / span * rng.choice([-1, 1])
     slope, wave_mm = np.radians(rng.uniform(5, 50)), rng.uniform(70, 300)
     wave = slope * 2 * np.pi / wave_mm * np.cos(2 * np.pi * offsets / wave_mm + rng.uniform(0, 2 * np.pi))
     kind = rng.integers(3)
@@ -164,7 +164,7 @@ def random_sheet(rng: np.random.Generator, spacing_mm: float) -> tuple[str, Warp
         return family, _miura(rng)
     if family == "vertex folds":
         return family, _vertex_folds(rng)
-    folds = 0 if family in ("bent", "curved crease") else int(rng.integers(1, MOST_FOLDS + 1))
+    folds = 0 if family in ("bent", "curved crease") else int(rng.integers(1, MAX_FOLDS + 1))
     sheet: Warp = _ruled(rng, spacing_mm, bent=family != "folded", folds=folds)
     return family, _curved(sheet, rng) if family in ("curved crease", "mixed") else sheet
 

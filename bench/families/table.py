@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.families.samplers import MOST_FOLDED, Sample, random_sample
+from bench.families.samplers import MAX_FOLDED, Sample, random_sample
 from oracles.markers import rigid_residual
 from restore import RestoreError, flatten
 from restore.mesh.measures import signed_areas, straight_lengths
@@ -51,10 +51,10 @@ class Row:
 
     @property
     def torn_up(self) -> bool:
-        """Whether more than MOST_FOLDED of the faces, or of the page's area, is folded over."""
+        """Whether more than MAX_FOLDED of the faces, or of the page's area, is folded over."""
         areas = signed_areas(self.sample.flat, self.sample.mesh.faces)
         folded = areas * areas.sum() < 0.0
-        return bool(folded.mean() > MOST_FOLDED or np.abs(areas[folded]).sum() > MOST_FOLDED * abs(areas.sum()))
+        return bool(folded.mean() > MAX_FOLDED or np.abs(areas[folded]).sum() > MAX_FOLDED * abs(areas.sum()))
 
 
 def run(points: int, count: int, seed: int, without: tuple[str, ...] = ()) -> list[Row]:
@@ -126,7 +126,7 @@ def verdicts(rows: list[Row]) -> None:
     """Print how many meshes are worse than the best peer and than chords, and the ratios of the times."""
     ours = np.array([row.rms_mm[OURS] for row in rows])
     whole = np.array([not row.torn_up for row in rows])
-    print(f"more than {MOST_FOLDED:.0%} of faces or area folded over: {(~whole).sum()} of {len(rows)} meshes")
+    print(f"more than {MAX_FOLDED:.0%} of faces or area folded over: {(~whole).sum()} of {len(rows)} meshes")
     for name, bound in (
         ("the best of ARAP and SLIM", np.array([row.best_peer_mm for row in rows])),
         ("its own chords", np.array([row.rms_mm[CHORDS] for row in rows])),

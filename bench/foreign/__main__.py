@@ -27,7 +27,7 @@ from restore.scan import Bytes
 CASES = 1000
 DPI = 60.0
 SIZE = 0.01  # of a side: a page of other size is wrong
-LEAST_ALIKE = 0.8  # correlation with the picture that was drawn: letters are averaged, discs are not
+MIN_ALIKE = 0.8  # correlation with the picture that was drawn: letters are averaged, discs are not
 KINDS = ("right", "right, said", "wrong, said", "refused", "WRONG, SILENT", "FALSE MIRROR")
 
 
@@ -52,7 +52,7 @@ def is_right(case: Case, page: RestoredPage) -> bool:
     apart = np.abs(np.array(page.report["page_mm"]) / case.flat_mm - 1.0)
     if apart.max() >= SIZE:
         return False
-    return "writer" in case.notes or alike(page.image, case.shown) > LEAST_ALIKE  # a segment has no picture
+    return "writer" in case.notes or alike(page.image, case.shown) > MIN_ALIKE  # a segment has no picture
 
 
 def alike(image: Bytes, shown: Bytes) -> float:

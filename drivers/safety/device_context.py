@@ -10,8 +10,9 @@ from drivers.scanner import ScannerError
 
 
 class DeviceContext(ABC):
-    """A device that its `with` block closes. An error of closing never hides the error that ended the block.
+    """Device that its `with` block closes.
 
+    An error on closing never hides the error that ended the block.
     close_failure  text of the note that is added to that error when closing fails as well.
     """
 

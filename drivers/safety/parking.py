@@ -1,4 +1,4 @@
-"""Parking after work: the scanner is made safe whatever happened, and nothing interrupts that."""
+"""Parking after work: the scanner is left safe, without interruption."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ Action = Callable[[], object]
 
 
 def run_parked(work: Callable[[], Result], actions: Sequence[Action]) -> Result:
-    """Do the work, then every action in order, even when the work or another action failed. Returns the work's result.
+    """Do the work, then every action in order, even after a failure.
 
+    Returns the work's result.
     From the end of the work on, ending signals (Ctrl-C, SIGTERM, SIGHUP) are held back; of several during the work only
-    the first interrupts it. An error of the work is raised with a note for each action that failed; otherwise the
-    first error of the actions is raised.
+    the first interrupts it. An error of the work is raised with a note for each action that failed; otherwise the first
+    error of the actions is raised.
     """
     faults: list[Exception] = []
     parked = False

@@ -1,4 +1,4 @@
-"""Ending signals (Ctrl-C, SIGTERM, SIGHUP) during work that must be followed by parking."""
+"""Ending signals (Ctrl-C, SIGTERM, SIGHUP) held back while parking."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ SIGNAL_BASE = 128  # a shell reports a process that signal n has ended as 128 + 
 
 
 class SignalGuard:
-    """Context manager that lets the first ending signal interrupt its block and holds back all later ones.
+    """Let the first ending signal interrupt the block; hold back later ones.
 
     After `hold` no signal interrupts, and none cuts a system call short. A signal that was held back is delivered at
     the end of the block, unless the block ends by an error or a signal: then the work is ending already. Handlers of
-    the surrounding program are called and restored; a signal that it ignores stays ignored. Python runs handlers in
-    the main thread only: in other threads the guard does nothing.
+    the surrounding program are called and restored; a signal that it ignores stays ignored. Python runs handlers in the
+    main thread only: in other threads the guard does nothing.
     """
 
     def __init__(self) -> None:

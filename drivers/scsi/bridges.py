@@ -14,7 +14,7 @@ from typing import Any
 
 
 class Addressing(Enum):
-    """How a bridge encodes the SCSI ID of the device in the LUN byte of the Bulk-Only command wrapper."""
+    """How a bridge encodes the target's SCSI ID in the Bulk-Only LUN byte."""
 
     NONE = "the bridge has one device"
     UPPER_NIBBLE = "SCSI ID in the upper half, unit in the lower"

@@ -100,7 +100,10 @@ def _read_data(pipes: Pipes, wrapper: CommandWrapper, deadline: Deadline) -> _Ar
 
 
 def _read(pipes: Pipes, buffer: array[int], wrapper: CommandWrapper, deadline: Deadline) -> int:
-    """Fill the buffer and return the number of bytes. A repeated status of the previous command is skipped."""
+    """Fill the buffer and return the number of bytes.
+
+    A repeated status of the previous command is skipped.
+    """
     came = pipes.read(buffer, deadline.left_ms())
     if _is_status(buffer[:came].tobytes(), wrapper.tag - 1):
         came = pipes.read(buffer, deadline.left_ms())
@@ -124,7 +127,7 @@ def _read_status(pipes: Pipes, wrapper: CommandWrapper, deadline: Deadline) -> S
 
 
 def _check_status(status: StatusWrapper, wrapper: CommandWrapper) -> None:
-    """Raise TransportError unless the status is valid and meaningful for this command (§6.3)."""
+    """Raise TransportError unless the status fits this command (§6.3)."""
     if status.tag != wrapper.tag:
         raise TransportError("the bridge answers another command", "try again")
     if status.status == PHASE_ERROR:

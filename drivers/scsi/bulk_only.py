@@ -1,4 +1,4 @@
-"""Command and status wrappers of USB mass storage's Bulk-Only transport: encode and decode, no I/O.
+"""Command and status wrappers of the Bulk-Only transport, without I/O.
 
 Source: USB Mass Storage Class, Bulk-Only Transport, revision 1.0, §5 and §6.
 """
@@ -46,7 +46,10 @@ class CommandWrapper:
 
 @dataclass(frozen=True)
 class StatusWrapper:
-    """The block that ends a command (CSW). residue: number of expected bytes that were not transferred."""
+    """The status wrapper (CSW) that ends a command.
+
+    residue: number of expected bytes that were not transferred.
+    """
 
     tag: int
     residue: int
@@ -54,7 +57,10 @@ class StatusWrapper:
 
 
 def build_command(wrapper: CommandWrapper) -> bytes:
-    """The 31 bytes of a command wrapper. Raises SettingsError when the command has more than 16 bytes, or none."""
+    """Return the 31 bytes of a command wrapper.
+
+    Raises SettingsError unless the command has 1 to 16 bytes.
+    """
     if not 1 <= len(wrapper.cdb) <= MAX_CDB_LENGTH:
         raise SettingsError(f"a command block has 1 to {MAX_CDB_LENGTH} bytes, not {len(wrapper.cdb)}")
     flags = FROM_DEVICE_FLAG if wrapper.from_device else 0

@@ -28,7 +28,10 @@ def check_command(transport: Transport, cdb: bytes, data_out: bytes, data_in_len
 
 
 def with_sense(transport: Transport, cdb: bytes, reply: Reply, timeout: float) -> Reply:
-    """The reply with sense data, requested from the device when the bus delivered none. Raises TransportError."""
+    """Return the reply with sense data, requested if the bus sent none.
+
+    Raises TransportError.
+    """
     if reply.status != CHECK_CONDITION or reply.sense or cdb[0] == REQUEST_SENSE:
         return reply
     sense = transport.execute(request_sense(SENSE_LENGTH), data_in_length=SENSE_LENGTH, timeout=timeout).data

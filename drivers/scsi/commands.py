@@ -1,6 +1,6 @@
-"""The three commands of every SCSI device: INQUIRY, TEST UNIT READY, REQUEST SENSE (SCSI-2 §8.2).
+"""Commands of every SCSI device: INQUIRY, TEST UNIT READY, REQUEST SENSE.
 
-Only these are sent to a scanner before a command profile is known to fit it.
+Source: SCSI-2 §8.2. Only these are sent to a scanner before a command profile is known to fit it.
 """
 
 from __future__ import annotations
@@ -27,12 +27,18 @@ def test_unit_ready() -> bytes:
 
 
 def inquiry(length: int = INQUIRY_LENGTH) -> bytes:
-    """CDB of INQUIRY for up to `length` bytes. Raises SettingsError beyond what the CDB can say."""
+    """Return the CDB of INQUIRY for up to `length` bytes.
+
+    Raises SettingsError for a length that the CDB cannot hold.
+    """
     return _with_allocation(INQUIRY, length)
 
 
 def request_sense(length: int) -> bytes:
-    """CDB of REQUEST SENSE for up to `length` bytes. Raises SettingsError beyond what the CDB can say."""
+    """Return the CDB of REQUEST SENSE for up to `length` bytes.
+
+    Raises SettingsError for a length that the CDB cannot hold.
+    """
     return _with_allocation(REQUEST_SENSE, length)
 
 
@@ -80,7 +86,10 @@ class Identity:
 
 
 def parse_identity(data: bytes) -> Identity:
-    """Read INQUIRY data; unprintable characters are dropped. Raises BadReply when it is too short."""
+    """Parse INQUIRY data; unprintable characters are dropped.
+
+    Raises BadReply when it is too short.
+    """
     if len(data) < INQUIRY_LENGTH:
         raise BadReply(f"INQUIRY data of {len(data)} bytes, {INQUIRY_LENGTH} are the least")
     texts = {name: _printable(data[start:end]) for name, (start, end) in _TEXT_AT.items()}

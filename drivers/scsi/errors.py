@@ -8,7 +8,7 @@ SCAN_AGAIN = "scan again; if it comes back, check cables, termination and the SC
 
 
 class BadReply(TransportError):
-    """Raised when an answer is too short, too long, damaged, or belongs to another command."""
+    """The answer is too short, too long, damaged, or of another command."""
 
     def __init__(self, message: str, hint: str = SCAN_AGAIN) -> None:
         super().__init__(message, hint)

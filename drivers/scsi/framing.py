@@ -1,4 +1,6 @@
-"""Frames of commands and answers on a byte stream, no I/O: the protocol to a simulated device in another process.
+"""Frames of commands and answers on a byte stream, without I/O.
+
+They are the protocol to a simulated device in another process.
 
 A frame is its length (big-endian, 4 bytes, itself not counted) and then:
     command  data_in_length (4), length of the CDB (1), CDB, data out
@@ -63,7 +65,10 @@ def build_reply(reply: Reply | TransportError) -> bytes:
 
 
 def parse_reply(body: bytes) -> Reply:
-    """Read an answer from the body of a frame. Raises TransportError for any other bytes, and for a BROKEN answer."""
+    """Parse an answer from the body of a frame.
+
+    Raises TransportError for any other bytes, and for a BROKEN answer.
+    """
     if len(body) < _ANSWER.size:
         raise TransportError(f"a frame of {len(body)} bytes is not an answer")
     status, size = _ANSWER.unpack_from(body)

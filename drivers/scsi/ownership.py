@@ -1,4 +1,4 @@
-"""One owner of a device: an exclusive lock on its node, and the process that holds it.
+"""Exclusive lock on a device node, and the process that holds it.
 
 The lock is `flock(2)`: the kernel lists its holder for every user in /proc/locks, and drops it when the process ends,
 however it ends.
@@ -20,7 +20,10 @@ IN_USE_HINT = "wait until it has finished with the scanner, or end it"
 
 
 def lock_node(descriptor: int, node: Path) -> None:
-    """Lock an open device node until the descriptor is closed. Raises TransportError that names the holder."""
+    """Lock an open device node until the descriptor is closed.
+
+    Raises TransportError that names the holder.
+    """
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
@@ -28,13 +31,13 @@ def lock_node(descriptor: int, node: Path) -> None:
 
 
 def open_locked(node: Path) -> int | None:
-    """Descriptor of a device node that is locked as long as it is open; None for a node that cannot be opened.
+    """Open a device node and lock it; return None if it cannot be opened.
 
-    Raises TransportError that names the holder.
+    The lock lasts as long as the descriptor is open. Raises TransportError that names the holder.
     """
     try:
         descriptor = os.open(node, os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
-    except OSError:  # whoever opens it for use gets the same refusal and reports it
+    except OSError:  # opening it for use is refused and reported as well
         return None
     try:
         lock_node(descriptor, node)
@@ -51,7 +54,10 @@ def in_use(node: Path, proc: Path = PROC) -> TransportError:
 
 
 def holders(node: Path, proc: Path = PROC) -> list[int]:
-    """The processes that have a lock on a node or, where none has, those of our own that have it open."""
+    """Return the processes that have a lock on a node.
+
+    Where none has, those of this user that have it open.
+    """
     return sorted(set(_lockers(node, proc)) or set(_openers(node, proc)))
 
 
@@ -69,7 +75,10 @@ def process_name(pid: int, proc: Path = PROC) -> str:
 
 
 def _lockers(node: Path, proc: Path) -> Iterator[int]:
-    """Holders according to proc_locks(5): `1: FLOCK ADVISORY WRITE <pid> <major>:<minor>:<inode> 0 EOF`."""
+    """Yield the lock holders that proc_locks(5) lists.
+
+    A line reads `1: FLOCK ADVISORY WRITE <pid> <major>:<minor>:<inode> 0 EOF`.
+    """
     try:
         file = node.stat()
         lines = (proc / "locks").read_text("ascii", "replace").splitlines()

@@ -1,4 +1,7 @@
-"""The two bulk pipes of a USB mass-storage interface, through pyusb. Its errors are translated here."""
+"""The two bulk pipes of a USB mass-storage interface, through pyusb.
+
+Errors of pyusb are translated here.
+"""
 
 from __future__ import annotations
 
@@ -46,9 +49,10 @@ def translated(what: str) -> Iterator[None]:
 
 
 class Pipes:
-    """A claimed interface with one bulk pipe each way. Raises TransportError when the device has none.
+    """Claimed interface with one bulk pipe in each direction.
 
-    node  file of the device, locked for this process; without one only libusb's claim keeps others away.
+    node: file of the device, locked for this process; without one only libusb's claim excludes others.
+    Raises TransportError when the device has no such interface.
     """
 
     def __init__(self, device: usb.core.Device, bridge: Bridge, node: Path | None = None) -> None:
@@ -68,15 +72,18 @@ class Pipes:
             raise
 
     def write(self, data: bytes, timeout_ms: int) -> int:
-        """Send bytes to the bridge; returns the number accepted. Raises Stall, TransportError."""
+        """Send bytes to the bridge and return the number accepted.
+
+        Raises Stall, TransportError.
+        """
         with translated("cannot send to the bridge"):
             return int(self._device.write(self._out, data, timeout_ms))
 
     def read(self, buffer: array[int], timeout_ms: int) -> int:
-        """Fill the buffer of unsigned bytes; returns their number. Raises Stall (received bytes are in the buffer),
-        TransportError.
+        """Fill the buffer of unsigned bytes and return their number.
 
         A short packet ends the transfer before the buffer is full.
+        Raises Stall (received bytes are in the buffer), TransportError.
         """
         with translated("cannot read from the bridge"):
             return int(self._device.read(self._in, buffer, timeout_ms))
@@ -92,9 +99,9 @@ class Pipes:
             self._device.clear_halt(self._out)
 
     def recover(self) -> None:
-        """Reset recovery (Bulk-Only §5.3.4); where the bridge refuses that, a reset of its port.
+        """Do the reset recovery (Bulk-Only §5.3.4), or reset the port.
 
-        Raises TransportError when neither succeeds.
+        The port is reset where the bridge refuses the recovery. Raises TransportError when neither succeeds.
         """
         try:
             with translated("the bridge does not reset"):
@@ -105,9 +112,10 @@ class Pipes:
             self._reset_port()
 
     def close(self) -> None:
-        """Release the interface, and re-attach the kernel's driver, if it has one for it. Safe to call twice.
+        """Release the interface and re-attach the kernel's driver, if any.
 
-        A killed run leaves the interface without the driver that it detached: this run brings that back, too.
+        Safe to call twice. A killed run leaves the interface without the driver that it detached: this restores that,
+        too.
         """
         with suppress(usb.core.USBError):  # it may have been unplugged
             usb.util.release_interface(self._device, self._number)
@@ -145,9 +153,9 @@ class Pipes:
 
 
 def _find_pipes(device: usb.core.Device) -> tuple[int, int, int]:
-    """The number of the first interface with bulk endpoints both ways, and the addresses of these, in and out.
+    """Return the first bulk interface and its addresses, in and out.
 
-    Its class is not asked for: the USB2Xchange speaks Bulk-Only and calls itself vendor-specific.
+    Its class is not checked: the USB2Xchange speaks Bulk-Only and calls itself vendor-specific.
     """
     for interface in device.get_active_configuration():
         bulk = [

@@ -38,7 +38,7 @@ class Head(BaseModel):
 
 
 class Exchange(BaseModel):
-    """A command and its answer: status, data and sense data, or the failure of the connection.
+    """Command and its answer: status, data, sense data, or the failure.
 
     out  data to the device; asked ("in" in the file)  bytes requested from the device.
     """
@@ -106,7 +106,7 @@ class Recorder:
 
 
 class Replay:
-    """Replays a recording: answers as the device did, given the same commands in the same order.
+    """Device that answers as recorded, to the same commands in the same order.
 
     name  of the recording, for messages.
     Raises TransportError for a recording that is damaged.
@@ -123,7 +123,10 @@ class Replay:
     def execute(
         self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S
     ) -> Reply:
-        """Answer one command; see Transport. Raises TransportError for another command than the recorded one."""
+        """Answer one command; see Transport.
+
+        Raises TransportError for another command than the recorded one.
+        """
         check_command(self, cdb, data_out, data_in_length, timeout)
         recorded = self._upcoming()
         if (recorded.cdb, recorded.out, recorded.asked) != (cdb, data_out, data_in_length):

@@ -52,7 +52,10 @@ class Sense:
         return f"{name} {self.code:02X}h/{self.qualifier:02X}h"
 
     def build(self) -> bytes:
-        """Fixed-format sense data, 18 bytes. Raises SettingsError for a code that is no byte."""
+        """Return fixed-format sense data, 18 bytes.
+
+        Raises SettingsError for a code that does not fit a byte.
+        """
         if not (0 <= self.code <= 0xFF and 0 <= self.qualifier <= 0xFF):
             raise SettingsError(f"sense code {self.code}/{self.qualifier} is not two bytes")
         data = bytearray(SENSE_LENGTH)
@@ -62,7 +65,10 @@ class Sense:
 
 
 def parse_sense(data: bytes) -> Sense:
-    """Read sense data of either format; codes that were cut off are 0. Raises BadReply for anything else."""
+    """Parse sense data of either format; codes that were cut off are 0.
+
+    Raises BadReply for any other data.
+    """
     response = data[0] & 0x7F if data else 0
     if response in _DESCRIPTOR and len(data) >= 4:
         key, code, qualifier = data[1], data[2], data[3]

@@ -77,9 +77,10 @@ OPEN_HINTS = {
 
 
 class SgDevice:
-    """A device at /dev/sg*, for this process alone. Raises TransportError when it cannot be opened.
+    """Device at /dev/sg*, for this process alone.
 
-    O_EXCL keeps every other program away from the node (SCSI Generic HOWTO §7.1), a lock tells these who holds it.
+    O_EXCL excludes every other program (SCSI Generic HOWTO §7.1), and a lock names the holder to them.
+    Raises TransportError when it cannot be opened.
     """
 
     def __init__(

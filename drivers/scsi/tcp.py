@@ -17,10 +17,11 @@ HINT = "start the simulated device: python -m drivers.simulated CONFIG"
 
 
 class TcpDevice:
-    """The device that listens at an address. Raises TransportError when there is none.
+    """Device that listens at an address.
 
-    When a command is aborted, by an error or by its caller, its answer may still arrive and would be taken for the next
-    one's: the next command therefore uses a new connection.
+    When a command is aborted, by an error or by its caller, its answer may still arrive and would be mistaken for the
+    next one's: the next command therefore uses a new connection.
+    Raises TransportError when nothing listens.
     """
 
     def __init__(self, host: str, port: int, *, timeout: float = DEFAULT_TIMEOUT_S) -> None:
@@ -75,9 +76,10 @@ class TcpDevice:
 
 
 def receive(end: socket.socket, length: int, *, until: float | None = None) -> bytes:
-    """Exactly so many bytes from a socket. Raises TransportError when it ends before, OSError when it fails.
+    """Receive exactly `length` bytes from a socket.
 
-    until  time of the monotonic clock by which all must have come, however slowly they drip in.
+    until: time of the monotonic clock by which all must have come, however slowly they arrive.
+    Raises TransportError when the stream ends before, OSError when it fails.
     """
     data = bytearray()
     while len(data) < length:

@@ -36,11 +36,12 @@ class Transport(Protocol):
     def execute(
         self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S
     ) -> Reply:
-        """Send one command and return the device's answer, with its sense data after CHECK CONDITION.
+        """Send one command and return the device's answer.
 
-        A command moves data in one direction: data_out to the device, or up to data_in_length bytes from it.
-        Raises TransportError when the connection fails or the time-out (s) expires, SettingsError for a command that
-        no bus can carry.
+        After CHECK CONDITION the answer has sense data. A command moves data in one direction: data_out to the device,
+        or up to data_in_length bytes from it.
+        Raises TransportError when the connection fails or the time-out (s) expires, SettingsError for a command that no
+        bus can carry.
         """
         ...
 

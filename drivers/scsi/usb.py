@@ -25,13 +25,16 @@ from drivers.scsi.transport import BUSY, CHECK_CONDITION, DEFAULT_TIMEOUT_S, Rep
 
 MAX_TAG = 0xFFFFFFFF
 FIRMWARE_HINT = "load it with the open tool xchange-fw (see docs/how-to/connect-a-vivid-900.md), then try again"
-NO_SENSE = (0, 0, 0)  # sense key with its flags, ASC and ASCQ when there is no sense data
+NO_SENSE = (0, 0, 0)  # sense key with its flags, ASC and ASCQ when sense data is missing
 
 Clock = Callable[[], float]
 
 
 def load_backend() -> Any:
-    """pyusb's backend with the libusb of the libusb-package wheel. Raises TransportError without one."""
+    """Return pyusb's backend with the libusb of the libusb-package wheel.
+
+    Raises TransportError without one.
+    """
     backend = libusb_package.get_libusb1_backend()
     if backend is None:
         raise TransportError("libusb cannot be loaded", "install it: pip install --force-reinstall libusb-package")
@@ -39,7 +42,10 @@ def load_backend() -> Any:
 
 
 def find_device(vendor: int, product: int, *, backend: Any = None) -> usb.core.Device:
-    """The USB device with these numbers. Raises TransportError when there is none."""
+    """Return the USB device with these numbers.
+
+    Raises TransportError when it is not connected.
+    """
     device = usb.core.find(idVendor=vendor, idProduct=product, backend=backend or load_backend())
     if device is None:
         raise TransportError(f"no USB device {vendor:04x}:{product:04x}", "look for the bridge with: planish devices")
@@ -73,7 +79,7 @@ class UsbBulkOnly:
         self._lun = self._bridge.addressing.lun_byte(target)
         self._clock = clock
         self._pipes: Pipes | None = Pipes(device, self._bridge, node)
-        # A killed program may have left a command half done, and its answer must not be taken for that of ours: the
+        # A killed program may have left a command half done, and its answer must not be mistaken for that of ours: the
         # pipes are brought in step before the first command, whose tag repeats none of another program's.
         self._tag = secrets.randbelow(MAX_TAG)
         self._out_of_step = True
@@ -100,10 +106,10 @@ class UsbBulkOnly:
         pipes.close()
 
     def _command(self, cdb: bytes, data_out: bytes, length: int, timeout: float) -> Reply:
-        """One command, data and status phase. Until it has succeeded the pipes count as out of step.
+        """Do the command, data and status phase of one command.
 
-        That includes every exception, KeyboardInterrupt too: whatever the bridge has still to send or receive is
-        discarded by reset recovery before the next command.
+        Until it has succeeded the pipes count as out of step. That includes every exception, KeyboardInterrupt too:
+        whatever the bridge has still to send or receive is discarded by reset recovery before the next command.
         """
         if self._pipes is None:
             raise TransportError("the bridge is closed", "connect to the scanner again")

@@ -17,7 +17,10 @@ WRITE_TIMEOUT_S = 1.0  # the longest string takes 50 ms; with RTS/CTS a controll
 
 
 def controller_named(model: str, *, relative: bool = False) -> Controller:
-    """The row of the table. Raises SettingsError that lists the models, or when this one cannot be relative."""
+    """Return the row of the table for a model.
+
+    Raises SettingsError that lists the models, or when this one cannot be relative.
+    """
     if model not in CONTROLLERS:
         raise SettingsError(f"the stage controller {model!r} does not exist", f"use one of: {', '.join(CONTROLLERS)}")
     if relative and not CONTROLLERS[model].ambiguous:
@@ -38,7 +41,10 @@ def open_stage(model: str, port: str, *, relative: bool = False) -> RotaryStage:
 
 
 def open_port(port: str, controller: Controller) -> serial.Serial:
-    """The serial port with a controller's line settings, opened exclusively. Raises TransportError."""
+    """Open the serial port exclusively, with a controller's line settings.
+
+    Raises TransportError.
+    """
     import serial
 
     try:

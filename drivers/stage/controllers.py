@@ -58,7 +58,10 @@ class Controller:
 
     @property
     def ambiguous(self) -> bool:
-        """Whether some firmware takes `rotate` as relative to the present position: see SIGMA_ROTATE."""
+        """Return whether some firmware interprets `rotate` as a relative move.
+
+        See SIGMA_ROTATE.
+        """
         return self.rotate == SIGMA_ROTATE
 
 
@@ -117,7 +120,7 @@ CONTROLLERS = {
             ZETA_HOME + b"RESET\r",
             b"!S\r",
             b"\r\n> ",
-            COMMANDS,  # the table expects four of them for the rotation: two of its commands share a line
+            COMMANDS,  # the table expects four of them for the rotation: one line holds two of its commands
             echoes=True,
             handshake=False,
         ),

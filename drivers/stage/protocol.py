@@ -1,4 +1,4 @@
-"""The protocol core of the controllers: strings to send and answers to expect, without I/O."""
+"""Protocol core of the controllers: strings and answers, without I/O."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ QUOTED_BYTES = 40  # bytes of an answer that a message quotes
 
 @dataclass(frozen=True)
 class Exchange:
-    """One string to send and its expected answer.
+    """String to send and its expected answer.
 
-    answer     the whole answer; empty when there is none.
-    ignored    bytes that may stand anywhere in it.
-    preface    whether other bytes may precede it: an echo, or a banner.
-    timeout_s  time within which the answer must be complete.
-    motion_s   duration of the motion, from the sending on; 0 when the answer reports its end.
+    answer: the whole answer; empty when the controller sends none.
+    ignored: bytes that may stand anywhere in it.
+    preface: whether other bytes may precede it: an echo, or a banner.
+    timeout_s: time within which the answer must be complete.
+    motion_s: duration of the motion from sending on; 0 when the answer reports its end.
     """
 
     sent: bytes
@@ -34,7 +34,10 @@ class Exchange:
 
 
 def initialise(controller: Controller) -> Exchange:
-    """The exchange that sets the controller up. Some controllers also go home, from anywhere."""
+    """Return the exchange that sets the controller up.
+
+    Some controllers also go home, from anywhere.
+    """
     return Exchange(
         controller.initialise,
         _answer(controller, controller.initialise),
@@ -66,7 +69,10 @@ def finish(controller: Controller) -> Exchange:
 
 
 def travel_s(controller: Controller, pulses: int) -> float:
-    """Upper bound of the time for so many pulses, s; 0 when the answer reports the end."""
+    """Return an upper bound of the time for a move of `pulses`, s.
+
+    Returns 0 when the answer reports the end.
+    """
     return 0.0 if controller.pulses_per_s is None else MARGIN * (pulses / controller.pulses_per_s + RAMP_S)
 
 
@@ -105,7 +111,10 @@ class Answer:
         return _quoted(self._got) if self._got else "nothing"
 
     def feed(self, data: bytes) -> None:
-        """Take the next bytes. Raises DeviceError for the first byte that does not belong to the answer."""
+        """Take the next bytes.
+
+        Raises DeviceError for the first byte that does not belong to the answer.
+        """
         for value in data:
             byte = bytes([value])
             if self._exchange.answer.startswith(self._got + byte) and not self.complete:

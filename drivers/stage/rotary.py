@@ -87,9 +87,10 @@ class RotaryStage(DeviceContext):
         self._pulses = 0
 
     def turn_to(self, angle_deg: float) -> float:
-        """Go to an angle from home, by less than a turn. Returns the angle of the nearest pulse, 0 up to 360.
+        """Go to an angle from home, by less than a full rotation.
 
-        Raises as `start`, and DeviceError when it is not known where the stage stands.
+        Returns the angle of the nearest pulse, 0 up to 360. Raises as `start`, and DeviceError when the position is
+        unknown.
         """
         if self._pulses is None:
             raise DeviceError("the turntable's position is not known", "start it again: it then goes home")
@@ -103,7 +104,10 @@ class RotaryStage(DeviceContext):
         return protocol.angle(self.controller, there)
 
     def turn_by(self, angle_deg: float) -> float:
-        """Turn by an angle, which may be negative. Returns the angle reached, 0 up to 360. Raises as `turn_to`."""
+        """Rotate by an angle, which may be negative.
+
+        Returns the angle reached, 0 up to 360. Raises as `turn_to`.
+        """
         return self.turn_to((self.angle_deg or 0.0) + angle_deg)
 
     def finish(self) -> None:
@@ -114,9 +118,10 @@ class RotaryStage(DeviceContext):
         self._pulses = None
 
     def stop(self) -> None:
-        """Stop at once; the position is then unknown. A controller without a stop command finishes its step first.
+        """Stop at once; the position is then unknown.
 
-        Raises TransportError when the connection is broken, DeviceError when the stage may still be turning.
+        A controller without a stop command finishes its step first. Raises TransportError when the connection is
+        broken, DeviceError when the stage may still be turning.
         """
         self._pulses = None
         with self._translated():
@@ -131,7 +136,10 @@ class RotaryStage(DeviceContext):
         self._pending = None
 
     def close(self) -> None:
-        """Stop it and close the port. Safe to call twice. Raises TransportError when it could not be stopped."""
+        """Stop the stage and close the port. Safe to call twice.
+
+        Raises TransportError when it could not be stopped.
+        """
         if not self._open:
             return
         self._open = False
@@ -144,7 +152,10 @@ class RotaryStage(DeviceContext):
             self._port.close()
 
     def _approach(self, here: int, there: int) -> None:
-        """Go from one absolute position to another, in steps where no command could stop the whole move."""
+        """Go from one absolute position to another.
+
+        The move is split where no command could stop the whole of it.
+        """
         step = self.controller.pulses_at_once or self.controller.pulses
         while here != there:
             here, before = here + max(-step, min(step, there - here)), here
@@ -185,9 +196,9 @@ class RotaryStage(DeviceContext):
         self._pending = None
 
     def _await_end(self, answer: Answer, deadline: float) -> None:
-        """Wait for the end of a move that cannot be stopped. Raises DeviceError when its answer does not come soon.
+        """Wait for the end of a move that cannot be stopped.
 
-        Called again for the same move, it does not wait again.
+        Called again for the same move, it does not wait again. Raises DeviceError when the answer does not come soon.
         """
         end = min(deadline, self._clock() + STOP_WAIT_S)
         self._pending = answer, end
@@ -199,7 +210,10 @@ class RotaryStage(DeviceContext):
             raise DeviceError("the turntable may still be turning", "switch it off")
 
     def _reject_unsolicited(self, exchange: Exchange) -> None:
-        """Raise DeviceError for unread bytes: unsolicited or late, they would put all later answers out of step."""
+        """Raise DeviceError for unread bytes.
+
+        Unsolicited or late, they would put all later answers out of step.
+        """
         waiting = self._port.read(self._port.in_waiting)
         if waiting.strip(exchange.ignored) if exchange.ignored else waiting:
             raise DeviceError(f"the turntable said {waiting!r} unasked", "start it again")

@@ -22,7 +22,10 @@ class Sg(BaseModel):
 
 
 class Usb(BaseModel):
-    """A USB–SCSI bridge by its USB numbers; target is the scanner's SCSI ID, 5 as it leaves the factory."""
+    """USB–SCSI bridge by its USB numbers.
+
+    target: the scanner's SCSI ID, 5 as it leaves the factory.
+    """
 
     model_config = _Model
     kind: Literal["usb"]
@@ -54,10 +57,10 @@ TransportSettings = Annotated[Sg | Usb | Socket | Replay, Field(discriminator="k
 class ScannerConfig(BaseModel):
     """The table `[scanner]`.
 
-    profile      name of a command profile, or the path of its file; there is no default for a real scanner.
-    calibration  file of the body and lens; the manual's figures when there is none.
-    lens         the mounted lens, for scanners that do not report it.
-    record       file to write the conversation to.
+    profile: name of a command profile, or the path of its file; a real scanner has no default.
+    calibration: file of the body and lens; None for the manual's figures.
+    lens: the mounted lens, for scanners that do not report it.
+    record: file to write the conversation to.
     """
 
     model_config = _Model

@@ -1,4 +1,4 @@
-"""Opens the Vivid 900 that the `[scanner]` table of a station configuration describes."""
+"""Opens the Vivid 900 that a station's `[scanner]` table describes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ NOT_REPORTED = {"", "0"}  # a lens, a serial number
 
 
 def connect(config: Mapping[str, Any]) -> Vivid900:
-    """The scanner that the table describes. Raises SettingsError before anything is sent, then as Vivid900 does."""
+    """Open the scanner that the table describes.
+
+    Raises SettingsError before anything is sent, then as Vivid900 does.
+    """
     wanted = settings_table.read(config)
     known = calibrations(wanted.calibration, lens=wanted.lens)
     link, profile = open_link(config)
@@ -31,7 +34,10 @@ def connect(config: Mapping[str, Any]) -> Vivid900:
 
 
 def open_link(config: Mapping[str, Any]) -> tuple[Link, Profile]:
-    """The link and the profile that the table names; nothing is sent. Raises SettingsError, TransportError."""
+    """Return the link and the profile that the table names.
+
+    Nothing is sent. Raises SettingsError, TransportError.
+    """
     wanted = settings_table.read(config)
     profile, transport = load_profile(wanted.profile), open_transport(wanted.transport)
     if wanted.record is not None:
@@ -45,9 +51,10 @@ def open_transport(settings: Sg | Usb | Socket | Replay) -> Transport:
 
 
 def calibrations(path: Path | None, *, lens: str | None = None) -> CalibrationOf:
-    """Function that gives the calibration of the mounted lens: the file's, or the manual's figures without a file.
+    """Return a function that gives the calibration of the mounted lens.
 
-    lens  name of the mounted lens for scanners that do not report it.
+    It is the file's, or the manual's figures without a file.
+    lens: name of the mounted lens for scanners that do not report it.
     Raises SettingsError when the file cannot be read; the function raises it for another lens or body.
     """
     if path is None:

@@ -1,4 +1,4 @@
-"""Finds scanners behind /dev/sg*, USB–SCSI bridges and serial ports, without side effects.
+"""Finds scanners behind /dev/sg*, bridges and serial ports, read-only.
 
 Only INQUIRY is sent, and only to candidate scanners: the names of SCSI devices are known to the kernel. Discovery has
 no profile, so no laser can come on.
@@ -42,7 +42,7 @@ class NameFilter:
 
 @dataclass(frozen=True)
 class ScsiDevice:
-    """A SCSI device: its node or bridge, its INQUIRY data, and why it cannot be used, if so.
+    """SCSI device: node or bridge, INQUIRY data, and why it cannot be used.
 
     where       its node, or its bridge and SCSI ID.
     is_scanner  whether its names pass the filter; behind a node of the kernel other devices are sent no command.
@@ -105,7 +105,11 @@ def _may_use(node: Path) -> bool:
 
 @dataclass(frozen=True)
 class Host:
-    """The computer that is searched. usb_devices: those of pyusb; serial_ports: those of pyserial."""
+    """The computer that is searched.
+
+    usb_devices: those of pyusb.
+    serial_ports: those of pyserial.
+    """
 
     sys: Path = Path("/sys")
     dev: Path = Path("/dev")
@@ -121,7 +125,10 @@ class Host:
 
 
 def find_scsi(host: Host, name_filter: NameFilter) -> list[ScsiDevice]:
-    """Every SCSI device that the kernel lists; those whose names pass the filter are sent INQUIRY."""
+    """List every SCSI device that the kernel knows.
+
+    Those whose names pass the filter are sent INQUIRY.
+    """
     found = []
     for entry in sorted(host.scsi_generic.glob("sg*"), key=lambda entry: (len(entry.name), entry.name)):
         node, identity = host.dev / entry.name, _kernel_identity(entry / "device")
@@ -172,8 +179,9 @@ def _numbers(device: Any) -> tuple[int, int]:
 def probe_bridges(
     host: Host, name_filter: NameFilter, report: Callable[[str], None] = lambda _text: None
 ) -> Iterator[ScsiDevice]:
-    """Send INQUIRY to every SCSI ID behind every bridge: for bridges without nodes of the kernel.
+    """Send INQUIRY to every SCSI ID behind every bridge.
 
+    This finds scanners behind bridges without nodes of the kernel.
     report  called before each of them: one without a device may take PROBE_S.
     A bridge that cannot be used comes as a device without names, with its problem. The kernel's driver is detached
     meanwhile: disks behind the bridge must not be mounted. Raises TransportError without libusb.
@@ -199,7 +207,10 @@ class _Unusable(TransportError):
 
 
 def _probe(device: Any, target: int, node: Path) -> Identity | None:
-    """INQUIRY data of the device at a SCSI ID, None where nothing answers. Raises _Unusable."""
+    """Return INQUIRY data of the device at a SCSI ID, None without an answer.
+
+    Raises _Unusable.
+    """
     from drivers.scsi.usb import UsbBulkOnly
 
     try:
@@ -221,9 +232,9 @@ def find_serial_ports(host: Host) -> list[SerialPort]:
 
 
 def rescan(host: Host) -> int:
-    """Rescan the bus of every SCSI card for devices that were switched on late. Returns the number of cards.
+    """Rescan the bus of every SCSI card for devices switched on late.
 
-    Raises TransportError without the permission.
+    Returns the number of cards. Raises TransportError without the permission.
     """
     cards = sorted((host.sys / "class/scsi_host").glob("host*/scan"))
     for card in cards:

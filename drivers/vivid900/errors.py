@@ -29,11 +29,17 @@ class CommandRefused(SettingsError):
 
 
 class ProfileMismatch(SettingsError):
-    """Raised before any command of a profile is sent to a scanner that the profile does not declare itself for."""
+    """The scanner is not one that the profile is for.
+
+    Raised before any command of the profile is sent.
+    """
 
 
 class NotTrusted(SettingsError):
-    """Raised in place of a command that writes or shoots while the profile is not trusted."""
+    """The profile is not trusted to write or to capture.
+
+    Raised in place of such a command.
+    """
 
 
 class NotReady(DeviceError):

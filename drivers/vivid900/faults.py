@@ -65,7 +65,10 @@ PANELS: dict[str, Panel] = {
 
 
 def panel_error(text: str) -> DeviceError:
-    """The error for a message of the panel; a message that the manual does not list is quoted."""
+    """Return the error for a message of the panel.
+
+    A message that the manual does not list is quoted.
+    """
     panel = PANELS.get(text, Panel(f"its panel shows {text!r}", "see the scanner's manual"))
     message = f"{panel.meaning} ({text})" if text in PANELS else panel.meaning
     if panel.kind is PanelError:

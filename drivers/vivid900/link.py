@@ -1,4 +1,4 @@
-"""Sends commands over a transport: waits while busy, raises sense data as errors, reads blocks in chunks."""
+"""Sends commands: waits while busy, raises sense data, reads in chunks."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Link:
     limit_s: float = inf
 
     def within(self, seconds: float, *, command_s: float = COMMAND_S) -> Link:
-        """The same link with a deadline so many seconds from now."""
+        """Return the same link with a deadline `seconds` from now."""
         return replace(self, deadline=self.clock() + seconds, limit_s=seconds, command_s=command_s)
 
     def identify(self) -> Identity:
@@ -76,7 +76,10 @@ class Link:
         raise Interrupted("the scanner is reset again and again", SCAN_AGAIN)
 
     def readiness(self) -> Literal["ready", "busy", "warming-up", "barrier-closed"]:
-        """State of a scanner without a status command, by TEST UNIT READY. Raises the error of other sense data."""
+        """Return the state of a scanner without a status command.
+
+        It comes from TEST UNIT READY. Raises the error of other sense data.
+        """
         command = Command("test_unit_ready", scsi.test_unit_ready())
         reply = self.transport.execute(command.cdb, b"", 0, self._timeout())
         if reply.status in (BUSY, TASK_SET_FULL):
@@ -90,11 +93,12 @@ class Link:
         return "ready"
 
     def run(self, command: Command) -> bytes:
-        """Send a command, repeating it while the scanner is busy. Returns the bytes asked for.
+        """Send a command, repeated while the scanner is busy.
 
+        Returns the bytes asked for.
         Raises the error of the sense data, BadReply for an invalid answer, StillBusy, TransportError, SettingsError for
-        a command outside the standard when there is no profile, and NotTrusted for one that does not only ask when the
-        profile is not trusted.
+        a command outside the standard when a profile is missing, and NotTrusted for one that does not only read when
+        the profile is not trusted.
         """
         if command.cdb[0] not in scsi.STANDARD:
             if self.profile is None:
@@ -114,9 +118,10 @@ class Link:
         )
 
     def read(self, part: Callable[[int, int], Command], total: int) -> bytes:
-        """Read `total` bytes with the commands part(offset, length), each as large as profile and transport allow.
+        """Read `total` bytes with the commands part(offset, length).
 
-        A command without a length field reads all of them at once, one without an offset the bytes after those before.
+        Each is as large as profile and transport allow. A command without a length field reads all of them at once, one
+        without an offset the bytes after those before.
         """
         chunk = min(self.transport.max_transfer, self.profile.chunk_bytes if self.profile else total)
         if "length" not in part(0, chunk).values:

@@ -1,4 +1,7 @@
-"""Asks a scanner what a profile in progress lets it ask: identity, status, parameters. Nothing is written."""
+"""Reads what a profile in progress allows: identity, status, parameters.
+
+Nothing is written.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,10 @@ class Answer:
 
 
 def ask(link: Link, profile: Profile) -> tuple[Identity, list[Answer]]:
-    """Identity and blocks of a scanner. Raises ProfileMismatch before a command of the profile is sent, and as Link."""
+    """Return identity and blocks of a scanner.
+
+    Raises ProfileMismatch before a command of the profile is sent, and as Link.
+    """
     identity = link.identify()
     profile.require(identity)
     known = Link(link.transport, profile, link.clock, link.sleep)

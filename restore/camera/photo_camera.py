@@ -21,10 +21,11 @@ PARAMETERS = 14
 
 @dataclass(frozen=True, eq=False)
 class PhotoCamera:
-    """A pinhole with distortion (Brown, "Close-range camera calibration", 1971), as OpenCV's `projectPoints` has it.
+    """Pinhole camera with distortion, as OpenCV's `projectPoints` has it.
 
-    vector  (14,) float64: PARAMETERS. Rotation and translation (mm) take the scanner's frame to the camera's.
-    size    width and height of the photograph in pixels.
+    Source: Brown, "Close-range camera calibration", 1971.
+    vector: (14,) float64, PARAMETERS. Rotation and translation (mm) take the scanner's frame to the camera's.
+    size: width and height of the photograph in pixels.
     """
 
     vector: Floats
@@ -32,13 +33,16 @@ class PhotoCamera:
 
     @property
     def rotation(self) -> Floats:
-        """(3, 3) rows right, down and forward of the camera in the scanner's frame."""
+        """Return the camera's axes in the scanner's frame.
+
+        Returns (3, 3), rows right, down and forward.
+        """
         matrix: Floats = cv2.Rodrigues(self.vector[:3])[0]
         return matrix
 
     @property
     def position(self) -> Floats:
-        """(3,) mm: where the camera stood, in the scanner's frame."""
+        """Return the camera's position (3,) mm in the scanner's frame."""
         return np.asarray(-self.rotation.T @ self.vector[3:6])
 
     @property
@@ -47,11 +51,17 @@ class PhotoCamera:
         return float(self.vector[6])
 
     def project(self, points: Floats) -> Floats:
-        """(n, 2) pixels of points (n, 3) mm; NaN for those that the lens cannot see."""
+        """Project points (n, 3) mm to pixels (n, 2).
+
+        Returns NaN for those that the lens cannot see.
+        """
         return _project(np.ascontiguousarray(points, np.float64), self.rotation, self.vector, self.reach)
 
     def inverse_depth(self, points: Floats) -> Floats:
-        """(n,) 1/mm along the camera's axis; not positive behind the camera."""
+        """Return the inverse depth (n,) 1/mm of points along the camera's axis.
+
+        It is not positive behind the camera.
+        """
         return np.asarray(1.0 / (points @ self.rotation[2] + self.vector[5]))
 
     @property
@@ -85,7 +95,10 @@ class PhotoCamera:
 
 
 def project_with_jacobian(vector: Floats, points: Floats) -> tuple[Floats, Floats]:
-    """(n, 2) pixels of points (n, 3) mm, and their derivatives (n, 2, 14) by the parameters of a camera."""
+    """Project points and differentiate by the camera's parameters.
+
+    points: (n, 3) mm. Returns pixels (n, 2) and derivatives (n, 2, 14).
+    """
     matrix = np.array([[vector[6], 0, vector[7]], [0, vector[6], vector[8]], [0, 0, 1.0]])
     pixels, jacobian = cv2.projectPoints(points, vector[:3], vector[3:6], matrix, vector[9:])
     # columns: rotation 3, translation 3, focal lengths 2, principal point 2, distortion 5
@@ -94,7 +107,10 @@ def project_with_jacobian(vector: Floats, points: Floats) -> tuple[Floats, Float
 
 
 def project_map(camera: PhotoCamera, points: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(h, w, 2) float32 pixels of surface points (h, w, 3) mm, NaN where there are none or the lens cannot see them."""
+    """Project a map of surface points (h, w, 3) mm to pixels.
+
+    Returns (h, w, 2) float32, NaN where points are missing or the lens cannot see them.
+    """
     flat = _project(points.reshape(-1, 3), camera.rotation, camera.vector, camera.reach)
     return flat.reshape(*points.shape[:2], 2).astype(np.float32)
 

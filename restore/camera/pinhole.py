@@ -14,28 +14,36 @@ NEARLY_PARALLEL = 1e-9  # 1/mm: a camera a thousand kilometres away
 
 
 def pinhole_centre(points: Floats, pixels: Floats) -> Floats | None:
-    """The centre (3,) mm of the pinhole camera that images points (n, 3) mm at pixels (n, 2), or None without one."""
+    """Return the centre of the pinhole camera of points and pixels.
+
+    points: (n, 3) mm.
+    pixels: (n, 2).
+    Returns (3,) mm, or None without such a camera.
+    """
     camera = pinhole_camera(points, pixels)
     return None if camera is None else centre_of(camera)
 
 
 def centre_of(camera: Floats) -> Floats:
-    """(3,) mm the centre of a camera (3, 4)."""
+    """Return the centre (3,) mm of a camera matrix (3, 4)."""
     *direction, weight = np.linalg.svd(camera)[2][3]  # the null vector, of weight 0 at infinity
     return np.asarray(direction) / np.copysign(max(abs(weight), NEARLY_PARALLEL), weight)
 
 
 def projected(points: Floats, camera: Floats) -> Floats:
-    """(n, 2) pixels of points (n, 3) mm in a camera (3, 4)."""
+    """Project points (n, 3) mm by a camera matrix (3, 4) to pixels (n, 2)."""
     pixels = np.column_stack([points, np.ones(len(points))]) @ camera.T
     return np.asarray(pixels[:, :2] / pixels[:, 2:])
 
 
 def pinhole_camera(points: Floats, pixels: Floats) -> Floats | None:
-    """(3, 4) the pinhole camera that images points (n, 3) mm at pixels (n, 2), or None without one.
+    """Fit the pinhole camera that images points at pixels.
 
     Direct linear transformation with normalised coordinates (Hartley & Zisserman, "Multiple View Geometry", 2nd ed.,
     alg. 7.1). It is not determined by coplanar points.
+    points: (n, 3) mm.
+    pixels: (n, 2).
+    Returns (3, 4), or None without such a camera.
     """
     if len(points) < MIN_POINTS:
         return None
@@ -58,7 +66,10 @@ def pinhole_camera(points: Floats, pixels: Floats) -> Floats | None:
 
 
 def _normalised(points: Floats) -> tuple[Floats, Floats]:
-    """Points (n, k) centred and scaled to unit mean square, and the matrix (k + 1, k + 1) that normalises them."""
+    """Centre points and scale them to unit mean square.
+
+    points: (n, k). Returns them and the matrix (k + 1, k + 1) that does it.
+    """
     centre = points.mean(axis=0)
     scale = 1 / max(float(np.sqrt(((points - centre) ** 2).sum(axis=1).mean())), TINY)
     size = points.shape[1]

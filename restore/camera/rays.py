@@ -33,9 +33,10 @@ LensTerms = tuple[float, float, float, float, float, float]
 
 
 def distortion_factor(squared_radius: Any, k1: float, k2: float) -> Any:
-    """The radial distortion factor 1 + k1·r² + k2·r⁴ at squared distorted radii (…), r being the undistorted radius.
+    """Return the radial distortion factor 1 + k1·r² + k2·r⁴.
 
-    The undistorted radius is found by fixed-point iteration.
+    The undistorted radius r is found by fixed-point iteration.
+    squared_radius: (…), distorted.
     """
     factor = 1.0 + 0.0 * squared_radius
     if k1 == 0.0 and k2 == 0.0:
@@ -48,11 +49,13 @@ def distortion_factor(squared_radius: Any, k1: float, k2: float) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """Camera rays: without distortion, sample (row, col) has the direction (x0 + dx·col, y0 + dy·row, −1).
+    """Rays of a camera through the samples of a grid.
 
-    distortion (k1, k2) of the lens: the direction (x, y, −1) is imaged at (x, y)·(1 + k1·r² + k2·r⁴), with
-    r² = x² + y² (Brown 1966).
-    axes (3, 3) with rows right, up and back of the camera, and origin (3,) mm its centre: the scanner's by default.
+    Without distortion, sample (row, col) has the direction (x0 + dx·col, y0 + dy·row, −1).
+    distortion: (k1, k2) of the lens: the direction (x, y, −1) is imaged at (x, y)·(1 + k1·r² + k2·r⁴), with r² = x² +
+        y² (Brown 1966).
+    axes: (3, 3), rows right, up and back of the camera; the scanner's by default.
+    origin: (3,) mm, the camera's centre; the scanner's by default.
     """
 
     x0: float
@@ -69,7 +72,11 @@ class Rays:
         return self.x0, self.dx, self.y0, self.dy, *self.distortion
 
     def points(self, rows: Floats, cols: Floats, inverse_depth: Floats) -> Floats:
-        """(…, 3) mm: surface points at grid positions (…), fractions allowed, and inverse depths (…) 1/mm."""
+        """Return surface points (…, 3) mm at grid positions.
+
+        rows, cols: (…), fractions allowed.
+        inverse_depth: (…) 1/mm.
+        """
         depth = 1.0 / inverse_depth
         x, y = self.x0 + self.dx * cols, self.y0 + self.dy * rows
         scale = depth / distortion_factor(x**2 + y**2, *self.distortion)
@@ -81,16 +88,20 @@ class Rays:
         return self.in_picture(x / -z, y / -z)
 
     def in_picture(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
-        """Grid position (rows, cols), as fractions, of directions (x, y, −1), x and y (…), in the camera's frame."""
+        """Return the grid positions of directions (x, y, −1).
+
+        x, y: (…), in the camera's frame. Returns rows and cols (…), with fractions.
+        """
         squared, (k1, k2) = x**2 + y**2, self.distortion
         factor = 1.0 + squared * (k1 + k2 * squared)
         return (y * factor - self.y0) / self.dy, (x * factor - self.x0) / self.dx
 
 
 def find_rays(scan: RangeScan) -> Rays | None:
-    """The camera rays fitted to a scan, or None when its samples do not lie on the rays of one camera.
+    """Fit the rays of one camera to the samples of a scan.
 
-    Raises NotEnoughSurface when there are too few samples for a fit.
+    Returns None when the samples do not lie on such rays. Raises NotEnoughSurface when there are too few samples for a
+    fit.
     """
     rows, cols = np.nonzero(scan.measured)
     if len(rows) < MIN_SAMPLES or np.ptp(rows) < 2 or np.ptp(cols) < 2:
@@ -116,7 +127,10 @@ def find_rays(scan: RangeScan) -> Rays | None:
 
 
 def _fit_line(places: Ints, values: Floats) -> tuple[float, float]:
-    """Value at 0 and slope of the line through values (n,) at places (n,), by least squares."""
+    """Fit a line through values (n,) at places (n,) by least squares.
+
+    Returns its value at 0 and its slope.
+    """
     middle, mean = float(places.mean()), float(values.mean())
     off = places - middle
     slope = float((off * values).sum() / (off * off).sum())
@@ -124,9 +138,10 @@ def _fit_line(places: Ints, values: Floats) -> tuple[float, float]:
 
 
 def _fit_lens(rows: Ints, cols: Ints, x: Floats, y: Floats) -> Rays:
-    """The rays with distortion that image (x, y, −1) (n,) at rows and cols (n,), by linear least squares.
+    """Fit rays with distortion by linear least squares.
 
-    Both equations are linear in the parameters: x·(1 + k1·r² + k2·r⁴) = x0 + dx·col.
+    They image (x, y, −1) (n,) at rows and cols (n,). Both equations are linear in the parameters: x·(1 + k1·r² + k2·r⁴)
+    = x0 + dx·col.
     """
     squared, zeros, ones = x**2 + y**2, np.zeros(len(x)), np.ones(len(x))
     equations_x = np.stack([ones, cols, zeros, zeros, -x * squared, -x * squared**2], axis=1)
@@ -137,6 +152,9 @@ def _fit_lens(rows: Ints, cols: Ints, x: Floats, y: Floats) -> Rays:
 
 
 def _scatter(rays: Rays, rows: Ints, cols: Ints, x: Floats, y: Floats) -> float:
-    """Reprojection error in samples (1σ, the worse axis) of directions (x, y, −1) (n,) at grid positions (n,)."""
+    """Return the reprojection error in samples, 1σ of the worse axis.
+
+    x, y: (n,), directions (x, y, −1), at grid positions (n,).
+    """
     predicted_rows, predicted_cols = rays.in_picture(x, y)
     return float(max(np.std(predicted_rows - rows), np.std(predicted_cols - cols)))

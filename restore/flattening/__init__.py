@@ -1,1 +1,1 @@
-"""Methods that carry a surface mesh into the plane with its lengths, and what they share."""
+"""Methods that map a surface mesh into the plane with its edge lengths."""

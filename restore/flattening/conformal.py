@@ -1,7 +1,8 @@
-"""Least-squares conformal map (Brown & Pisula, "Conformal deskewing of non-planar documents", CVPR 2005).
+"""Least-squares conformal map of a surface into the plane.
 
-The flat page is the map that comes nearest to keeping every angle (Lévy, Petitjean, Ray & Maillot, SIGGRAPH 2002), by
-one linear solve with two vertices held. It knows no lengths: the true scale comes back with the area of the surface.
+Source: Brown & Pisula, "Conformal deskewing of non-planar documents", CVPR 2005. The flat page is the map that changes
+    angles least (Lévy, Petitjean, Ray & Maillot, SIGGRAPH 2002), by one linear solve with two vertices fixed. It knows
+    no lengths: the area of the surface gives the true scale.
 """
 
 from __future__ import annotations
@@ -45,22 +46,29 @@ def flatten_conformal(posed: PosedSheet, network: Network, follow: Follow | None
 
 
 def unfolded(network: Network) -> Complex:
-    """(m, 3) corners of every face, x + iy mm, laid flat by itself with the first at 0 and the second on the x axis."""
+    """Unfold every face into the plane on its own.
+
+    Returns (m, 3) corners x + iy mm, the first at 0 and the second on the x axis.
+    """
     base, along, height = face_shapes(network.faces, network.edges, network.lengths)
     return np.stack([np.zeros(len(base)), base, along + 1j * height], axis=1)
 
 
 def far_apart(positions: Floats) -> tuple[int, int]:
-    """Two vertices of positions (n, 3) far from each other: the farthest from the centre, and the farthest from it."""
+    """Return two vertices far from each other.
+
+    They are the farthest from the centre of positions (n, 3), and the farthest from that.
+    """
     first = int(np.argmax(np.linalg.norm(positions - positions.mean(axis=0), axis=1)))
     return first, int(np.argmax(np.linalg.norm(positions - positions[first], axis=1)))
 
 
 def conformal_map(faces: Ints, corners: Complex, held: tuple[int, int]) -> Complex:
-    """(n,) x + iy of every vertex, with the held ones at 0 and 1.
+    """Solve the least-squares conformal map with the held vertices at 0 and 1.
 
-    A map u of a face with corners z is conformal where Σ uⱼ (zⱼ₊₂ − zⱼ₊₁) = 0 (Lévy et al. eq. 5); what is left of it,
-    squared over the face's doubled area, is least over the whole sheet. Raises BadInput when no map is the only one.
+    A map u of a face with corners z is conformal where Σ uⱼ (zⱼ₊₂ − zⱼ₊₁) = 0 (Lévy et al. eq. 5); the squared residual
+    over the face's doubled area is least over the whole sheet.
+    Returns x + iy of every vertex, (n,). Raises BadInput when the map is not unique.
     """
     sides = corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]]
     weights = 1.0 / np.sqrt(corners[:, 1].real * corners[:, 2].imag)

@@ -1,7 +1,7 @@
 """Parts of a sheet that hang on the rest by single points.
 
-No stick tells how such a part lies: it may turn about its point as it likes, over the rest of the page too. Each part
-is flattened by itself and put on its point the way the surface goes there.
+No edge holds the rotation of such a part about its point; it could overlap the rest of the page. Each part is flattened
+separately and attached to its point in the direction of the surface there.
 """
 
 from __future__ import annotations
@@ -23,10 +23,11 @@ Solve = Callable[[PosedSheet, Piece], Solution]
 
 
 def flatten_parts(vertices: Floats, piece: Piece, whole: PosedSheet, solve: Solve) -> Solution:
-    """Flat positions (k, 2) mm of a connected piece of a mesh, with the convergence of the part that took longest.
+    """Flatten a connected piece of a mesh part by part.
 
-    whole is the mesh, vertices (n, 3) mm, laid on the table: all pieces are seen from one side, and the largest part of
-    each comes to lie where the scanner saw it.
+    whole: the mesh, vertices (n, 3) mm, placed on the table: all pieces are seen from one side, and the largest part of
+        each comes to lie where the scanner saw it.
+    Returns flat positions (k, 2) mm, with the convergence of the slowest part.
     """
     vertices, seen = vertices.take(piece.vertices, axis=0), whole.seen.take(piece.vertices, axis=0)
     flat, placed, tied = np.zeros(seen.shape), np.zeros(len(seen), bool), False
@@ -51,7 +52,10 @@ def flatten_parts(vertices: Floats, piece: Piece, whole: PosedSheet, solve: Solv
 
 
 def _closed(flat: Floats, network: Network) -> Floats:
-    """Flat positions of least strain near by of a piece whose parts have several points in common."""
+    """Return the nearby page of least strain of a piece with cyclic parts.
+
+    The parts of such a piece have several points in common.
+    """
     settled = minimise_strain(flat, network).flat
     return settled if flipped_faces(settled, network.faces) <= flipped_faces(flat, network.faces) else flat
 
@@ -59,7 +63,10 @@ def _closed(flat: Floats, network: Network) -> Floats:
 def _carried_on(
     posed: PosedSheet, vertices: Floats, part: Piece, edges: Ints, flat: Floats, placed: Mask
 ) -> PosedSheet:
-    """A part as the page, flat (k, 2) mm where placed (k,), would see it that the surface goes on from their joints."""
+    """Return a part posed so that the page continues the surface there.
+
+    flat: (k, 2) mm, the page so far, valid where placed (k,). The surface continues at the joints of the part.
+    """
     joined = placed[part.vertices]
     joints = part.vertices[joined]
     ends = np.concatenate([edges, edges[:, ::-1]])
@@ -71,18 +78,26 @@ def _carried_on(
     own = np.concatenate([part.network.edges, part.network.edges[:, ::-1]])
     weights = np.zeros(len(seen))
     weights[own[joined[own[:, 0]], 1]] = 1.0
-    weights[joined] = len(seen)  # a common point holds its place; the vertices beside it tell the turn
+    weights[joined] = len(seen)  # a common point holds its place; the vertices next to it give the rotation
     return replace(posed, seen=seen, weights=weights / weights.sum())
 
 
 def _onward(flat_ways: Floats, ways: Floats) -> Floats:
-    """(2, 3) right and up, unit vectors: ways (j, 3) mm along a surface are best seen there as flat ways (j, 2) mm."""
+    """Return the axes in which flat directions match surface directions best.
+
+    flat_ways: (j, 2) mm.
+    ways: (j, 3) mm, along the surface.
+    Returns (2, 3), unit vectors right and up.
+    """
     turned, _, axes = np.linalg.svd(flat_ways.T @ ways, full_matrices=False)
     return np.asarray(turned @ axes)
 
 
 def parts(network: Network) -> Iterator[Piece]:
-    """The parts whose faces hang together over edges: the largest first, then always the largest beside those."""
+    """Yield the edge-connected parts, the largest first.
+
+    Each following one is the largest that touches those before it.
+    """
     labels = components(_hanging(network.sides), len(network.faces))
     if not labels.any():
         yield Piece(np.arange(network.faces.max() + 1), network.faces, network)
@@ -99,7 +114,7 @@ def parts(network: Network) -> Iterator[Piece]:
 
 
 def _hanging(sides: Sides) -> Ints:
-    """(k, 2) faces that hang together over an edge."""
+    """Return the pairs (k, 2) of faces with a common edge."""
     faces, same_edge = sides.at // 3, np.ones(len(sides.at), bool)
     same_edge[sides.first[:-1]] = False
     later = np.flatnonzero(same_edge)

@@ -1,4 +1,4 @@
-"""Lay the pieces of a torn page beside each other, none over another."""
+"""Arranges the pieces of a torn page without overlap."""
 
 from __future__ import annotations
 
@@ -16,9 +16,11 @@ CELLS = 400  # of a side of the layout: the pieces come to lie at least one such
 
 
 def arrange_pieces(flat: Floats, parts: Sequence[tuple[Ints, Ints]]) -> None:
-    """Move pieces that overlap away from those before them, in place; the rest stays where it is.
+    """Move pieces that overlap away from those before them, in place.
 
-    flat (n, 2) mm; of each piece its vertices (k,) and its own faces (m, 3), the largest first.
+    The others stay where they are.
+    flat: (n, 2) mm.
+    parts: of each piece its vertices (k,) and its own faces (m, 3), the largest first.
     """
     if len(parts) < 2:
         return
@@ -37,7 +39,10 @@ def arrange_pieces(flat: Floats, parts: Sequence[tuple[Ints, Ints]]) -> None:
 
 
 def _footprint(flat: Floats, faces: Ints, cell: float) -> tuple[Mask, Ints]:
-    """The cells (rows, cols) that a piece covers, and those that touch it; and the cell (row, col) of their corner."""
+    """Return the cells a piece covers, those it touches, and their corner.
+
+    Both masks are (rows, cols); the corner is a cell (row, col).
+    """
     corner = np.floor(flat.min(axis=0) / cell).astype(int) - 1
     pixels = flat / cell - corner - 0.5
     cols, rows = np.ceil(pixels.max(axis=0)).astype(int) + 2
@@ -47,7 +52,10 @@ def _footprint(flat: Floats, faces: Ints, cell: float) -> tuple[Mask, Ints]:
 
 @numba.njit(cache=True)
 def _free_steps(taken: Mask, mask: Mask, row: int, col: int, down: float, right: float) -> int:
-    """How many steps (down, right), a cell long, a mask (rows, cols) at a cell goes until it meets no taken cell."""
+    """Count the steps that a mask moves until it meets a taken cell.
+
+    down, right: the step, a cell long.
+    """
     steps = 0
     while _meets(taken, mask, row + floor(steps * down + 0.5), col + floor(steps * right + 0.5)):
         steps += 1
@@ -56,7 +64,10 @@ def _free_steps(taken: Mask, mask: Mask, row: int, col: int, down: float, right:
 
 @numba.njit(cache=True)
 def _meets(taken: Mask, mask: Mask, row: int, col: int) -> bool:
-    """Whether a mask whose corner lies at a cell covers one that is taken; beyond the grid nothing is."""
+    """Return whether a mask at a cell covers a taken one.
+
+    Beyond the grid no cell is taken.
+    """
     for i in range(max(0, -row), min(mask.shape[0], taken.shape[0] - row)):
         for k in range(max(0, -col), min(mask.shape[1], taken.shape[1] - col)):
             if mask[i, k] and taken[row + i, col + k]:
@@ -65,7 +76,10 @@ def _meets(taken: Mask, mask: Mask, row: int, col: int) -> bool:
 
 
 def _with(taken: Mask, origin: Ints, mask: Mask, corner: Ints) -> tuple[Mask, Ints]:
-    """The taken cells with those of a mask at a corner (row, col), and their own corner: the grid doubles as needed."""
+    """Return the taken cells with those of a mask added, and their corner.
+
+    corner: (row, col) of the mask. The grid doubles as needed.
+    """
     before = np.maximum(origin - corner, 0)
     after = np.maximum(corner + mask.shape - (origin + taken.shape), 0)
     if before.any() or after.any():

@@ -21,7 +21,7 @@ from restore.flattening.published.applicable import flatten_applicable
 from restore.flattening.published.springs import flatten_springs
 from restore.flattening.published.sticks import flatten_sticks
 from restore.flattening.solution import Follow, Solution
-from restore.mesh.flattenable import refuse_unflattenable
+from restore.mesh.flattenable import refuse_narrow, refuse_unflattenable
 from restore.mesh.network import Network, Piece, make_network, pieces
 from restore.mesh.pose import PosedSheet, pose_on_table
 from restore.mesh.surface_lengths import straight_and_along, surface_lengths
@@ -49,12 +49,12 @@ DEFAULT = "isometric"
 def flatten_with_lengths(
     mesh: SurfaceMesh, lengths: Floats, method: str = DEFAULT, *, on_step: OnStep | None = None
 ) -> FlatMesh:
-    """The page of least strain of all vertices of a mesh, every edge as near to its given length as can be.
+    """Flatten a mesh with given edge lengths.
 
-    lengths (e,) mm are the rest lengths of the mesh's edges in the order of `Topology.edges`.
-    Each connected piece is flattened by itself and stays where the scan had it, unless it would lie over another. Faces
-    that run the wrong way round are turned.
-    Raises BadInput for an unknown method, a mesh that is broken, one-sided or a closed band, or lengths that are not
+    Each connected piece is flattened separately and stays where the scan had it, unless it would overlap another. Faces
+    of the wrong orientation are reversed.
+    lengths: (e,) mm, rest lengths in the order of `Topology.edges`.
+    Raises BadInput for an unknown method, a mesh that is damaged, one-sided or a closed band, or lengths that are not
     one for each edge, NotEnoughSurface for a mesh without area or without a border.
     """
     mesh = _flattenable(mesh, method)
@@ -62,7 +62,7 @@ def flatten_with_lengths(
 
 
 def flatten_points(mesh: SurfaceMesh, method: str = DEFAULT, *, on_step: OnStep | None = None) -> FlatMesh:
-    """The page of least strain by the lengths along the surface that the vertices sample (`surface_lengths`).
+    """Flatten a mesh by the surface lengths that its vertices sample.
 
     The default method takes them as far as they agree (`two_lengths.py`). Pieces and errors as those of
     `flatten_with_lengths`.
@@ -84,22 +84,27 @@ def _flattenable(mesh: SurfaceMesh, method: str) -> ValidMesh:
 
 
 def _not_overstrained(mesh: ValidMesh, page: FlatMesh, method: str, on_step: OnStep | None) -> FlatMesh:
-    """The page, or that of least distortion where the default method strains it more than paper can be."""
+    """Return the page, or the least distorted one where paper would tear.
+
+    That is where the default method strains the page more than paper can be.
+    """
     strained = method == DEFAULT and stretched(page.flat, mesh.topology.edges, page.lengths)
     return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step) if strained else page
 
 
 def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnStep | None) -> FlatMesh:
-    """The page of a mesh by a solver and rest lengths (e,) mm: each connected piece by itself, then all side by side.
+    """Flatten each connected piece of a mesh, and arrange the pieces.
 
-    Raises NotEnoughSurface for a surface without a border.
+    lengths: (e,) mm, rest lengths.
+    Raises NotEnoughSurface for a surface without a border, BadInput for a strip without a width.
     """
     network = make_network(mesh.vertices, mesh.topology, lengths)
     if not len(mesh.topology.border):
         raise NotEnoughSurface("the surface is closed all round: a page has a border", "cut the page out of the mesh")
     flat, arranged = np.zeros((len(mesh.vertices), 2)), list[tuple[Ints, Ints]]()
     whole, worst = pose_on_table(mesh.vertices, mesh.faces), Solution(flat, 0)
-    for piece in pieces(network):
+    parts = list(pieces(network))
+    for piece in parts:
 
         def solve(posed: PosedSheet, part: Piece, among: Ints = piece.vertices) -> Solution:
             follow = _follower(on_step, mesh, among[part.vertices]) if on_step else None
@@ -108,6 +113,8 @@ def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnSt
         found = flatten_parts(mesh.vertices, piece, whole, solve)
         flat[piece.vertices], worst = found.flat, worst.joined(found)
         arranged.append((piece.vertices, piece.faces))
+    if worst.converged:  # else the page says itself that it was not found
+        refuse_narrow([flat[part.vertices] for part in parts], [float(part.network.areas.sum()) for part in parts])
     arrange_pieces(flat, arranged)
     return FlatMesh.of(mesh, flat, network.lengths, worst.iterations, **worst.convergence)
 

@@ -1,10 +1,10 @@
-"""The page of an ordered grid: a segment of a CT volume, which winds round so that no view sees all of it.
+"""The page of an ordered grid: a CT segment that winds round.
 
-Its points are dense and their noise is a good part of their spacing: straight lengths would be too long by a tenth. So
-a quadratic patch is fitted round every few points, and the page is that of these nodes, with lengths along the surface
-(`surface_lengths.bent_lengths`). The points between follow the nodes. Where the segment jumps to another winding, links
-between neighbours are far longer than others: no patch reaches over them, and on the page they get the length of an
-ordinary link, so that the grid keeps its order. The strain there shows the jump.
+No view sees all of it. Its points are dense and their noise is a good part of their spacing: straight lengths would be
+too long by a tenth. So a quadratic patch is fitted round every few points, and the page is that of these nodes, with
+lengths along the surface (`surface_lengths.bent_lengths`). The points between follow the nodes. Where the segment jumps
+to another winding, links between neighbours are far longer than others: no patch reaches over them, and on the page
+they get the length of an ordinary link, so that the grid keeps its order. The strain there shows the jump.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from restore.numerics.robust import robust_sigma
 from restore.page import FlatMesh
 from restore.scan import Floats, Ints, Mask, SurfaceMesh
 
-MOST_NODES = 20_000  # solved in seconds; a page of two million points is smooth between so many
-MOST_SLOPE = 3e-3  # of a link between nodes, from noise: it is too long by half the square, 5 µm in a metre
-LEAST_REACH = 2  # points to either side of a node: fewer do not determine a quadratic patch at the border
+MAX_NODES = 20_000  # solved in seconds; a page of two million points is smooth between these
+MAX_SLOPE = 3e-3  # of a link between nodes, from noise: it is too long by half the square, 5 µm in a metre
+MIN_REACH = 2  # points to either side of a node: fewer do not determine a quadratic patch at the border
 JUMP_SIGMAS = 10.0  # beyond the median link: none of millions is so long by chance
-LEAST_JUMP = 1.25  # of the median link, on a regular grid: the next winding is three quarters of a link away
-SAMPLED_ROWS = 200  # tell the noise, by fourth differences: the bend of the surface is gone in them
+MIN_JUMP = 1.25  # of the median link, on a regular grid: the next winding is three quarters of a link away
+SAMPLED_ROWS = 200  # enough for the noise, by fourth differences: the bend of the surface is gone in them
 FOURTH = sqrt(1.0 + 16.0 + 36.0 + 16.0 + 1.0)  # standard deviations of the noise, in a fourth difference
 NO_LENGTH = 1e-3  # of the mean edge
 SPANNING = 0.5  # of a side of the grid: a piece that goes so far is the sheet, a smaller one lies in its place
@@ -57,16 +57,17 @@ class Nodes:
     pieces: Ints
 
     def typical_steps(self) -> tuple[float, float]:
-        """Median mm from a point of the grid to the next one along its rows and along its columns, without noise."""
+        """Return the median noise-free steps along rows and along columns, mm."""
         along = np.linalg.norm(np.diff(self.positions, axis=1), axis=2) / np.diff(self.cols)
         down = np.linalg.norm(np.diff(self.positions, axis=0), axis=2) / np.diff(self.rows)[:, None]
         return float(np.nanmedian(along)), float(np.nanmedian(down))
 
     def of_sheet(self) -> Mask:
-        """(k, l) True for the nodes of the pieces that span the grid, or of the largest, that are in a triangle.
+        """Return the nodes of the sheet, (k, l) bool.
 
-        A piece that jumped to another winding is wider or narrower than its place. Solved together with the others it
-        would push them apart.
+        They are those of the pieces that span the grid, or of the largest, that are in a triangle. A piece that jumped
+        to another winding is wider or narrower than its place; solved together with the others it would push them
+        apart.
         """
         known = self.pieces >= 0
         if not known.any():
@@ -87,9 +88,10 @@ class Nodes:
 
 
 def flatten_grid(mesh: GridMesh, *most: int) -> list[FlatMesh]:
-    """Pages of an ordered grid, each of about so many of its points, with the grid's rows and columns as its own.
+    """Flatten an ordered grid, to pages with the grid's rows and columns.
 
-    The points are moved onto the surface, and the rest lengths are those between them; over a jump those in space.
+    Each has about the given number of points. The points are moved onto the surface, and the rest lengths are those
+    between them; over a jump those in space.
     Raises NotEnoughSurface for a grid without area, and where no node has enough points round it.
     """
     if surface_area(mesh.vertices, mesh.faces) <= SMALL * np.ptp(mesh.vertices) ** 2:
@@ -110,24 +112,34 @@ def flatten_grid(mesh: GridMesh, *most: int) -> list[FlatMesh]:
 
 
 def _page_at(mesh: GridMesh, solved: FlatMesh, flat: Floats, surface: Floats) -> FlatMesh:
-    """The page at the points of a grid, flat (rows, cols, 2) mm and surface (rows, cols, 3) mm, as it was solved."""
+    """Return the page at the points of a grid, as it was solved.
+
+    flat: (rows, cols, 2) mm.
+    surface: (rows, cols, 3) mm.
+    """
     mesh = replace(mesh, vertices=surface.reshape(-1, 3)[mesh.places])
     edges, on_page = Topology(mesh.faces).edges, flat.reshape(-1, 2)[mesh.places]
     lengths = straight_lengths(mesh.vertices, edges)
-    empty = lengths < NO_LENGTH * lengths.mean()  # a point that is there twice: nothing tells how far its places are
+    empty = lengths < NO_LENGTH * lengths.mean()  # a repeated point: the distance of its places is unknown
     lengths[empty] = np.maximum(straight_lengths(on_page, edges)[empty], SINGLE_PRECISION * lengths.mean())
     return FlatMesh.of(mesh, on_page, lengths, solved.iterations, **solved.convergence)
 
 
 def points_on_grid(mesh: GridMesh) -> Floats:
-    """(rows, cols, 3) mm: the vertices in their places on the grid, NaN in the others."""
+    """Return the vertices in their places on the grid.
+
+    Returns (rows, cols, 3) mm, NaN in the other places.
+    """
     points: Floats = np.full((mesh.shape[0] * mesh.shape[1], 3), np.nan)
     points[mesh.places] = mesh.vertices
     return points.reshape(*mesh.shape, 3)
 
 
 def thinned(mesh: GridMesh, most: int) -> GridMesh:
-    """Every k-th row and column of a grid and the last ones, so that about `most` points are left."""
+    """Return every k-th row and column of a grid, and the last ones.
+
+    About `most` points are left.
+    """
     step = max(sqrt(len(mesh.vertices) / max(most, 1)), 1.0)
     kept = np.zeros(mesh.shape, bool)
     kept[np.ix_(_lines(mesh.shape[0], step), _lines(mesh.shape[1], step))] = True
@@ -141,19 +153,25 @@ def thinned(mesh: GridMesh, most: int) -> GridMesh:
 
 
 def typical_links(points: Floats) -> list[tuple[float, float]]:
-    """Median and limit, mm, of the links of points (rows, cols, 3) along rows and along columns: longer ones jump."""
+    """Return median and limit of the links along rows and along columns, mm.
+
+    points: (rows, cols, 3). Longer links jump to another winding.
+    """
     found = []
     for axis in (1, 0):
         lengths = np.linalg.norm(np.diff(points, axis=axis), axis=2)
         lengths = lengths[np.isfinite(lengths)]
         middle = float(np.median(lengths)) if len(lengths) else 0.0
         spread = robust_sigma(lengths - middle) if len(lengths) else 0.0
-        found.append((max(middle, TINY), max(middle + JUMP_SIGMAS * spread, LEAST_JUMP * middle)))
+        found.append((max(middle, TINY), max(middle + JUMP_SIGMAS * spread, MIN_JUMP * middle)))
     return found
 
 
 def _pieces(points: Floats, along: tuple[float, float], down: tuple[float, float]) -> Ints:
-    """(rows, cols) piece of each point: points hang together over links that do not jump."""
+    """Return the piece (rows, cols) of each point.
+
+    Points of a piece are connected by links that do not jump.
+    """
     place = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
     right = np.linalg.norm(np.diff(points, axis=1), axis=2) <= along[1]
     below = np.linalg.norm(np.diff(points, axis=0), axis=2) <= down[1]
@@ -163,32 +181,40 @@ def _pieces(points: Floats, along: tuple[float, float], down: tuple[float, float
 
 
 def node_step(points: Floats, link: float) -> int:
-    """How many points (rows, cols, 3) apart nodes lie: so far that noise bends no link by more than MOST_SLOPE.
+    """Return how many points apart nodes are.
 
-    A patch over (2b + 1)² points has 1 / (2b + 1) of their noise, and the next node is b links away.
+    So far that noise bends no link by more than MAX_SLOPE. A patch over (2b + 1)² points has 1 / (2b + 1) of their
+    noise, and the next node is b links away.
+    points: (rows, cols, 3).
     """
     fourth = np.diff(points[:: max(len(points) // SAMPLED_ROWS, 1)], 4, axis=1)
     fourth = fourth[np.isfinite(fourth)]
     noise = robust_sigma(fourth) / FOURTH if len(fourth) else 0.0
-    step = max(ceil(sqrt(points.shape[0] * points.shape[1] / MOST_NODES)), 1)
-    while noise > MOST_SLOPE * step * (2 * step + 1) * link and 2 * step < min(points.shape[:2]):
+    step = max(ceil(sqrt(points.shape[0] * points.shape[1] / MAX_NODES)), 1)
+    while noise > MAX_SLOPE * step * (2 * step + 1) * link and 2 * step < min(points.shape[:2]):
         step += 1
     return step
 
 
 def _lines(count: int, step: float) -> Ints:
-    """Lines of a grid, from its first to its last, as evenly as can be about `step` apart."""
+    """Return lines of a grid, evenly spaced by about `step`.
+
+    From its first to its last.
+    """
     return np.unique(np.rint(np.linspace(0, count - 1, max(round((count - 1) / step), 1) + 1)).astype(np.int64))
 
 
 def _fitted(points: Floats, pieces: Ints, step: int) -> Nodes:
     rows, cols = (_lines(count, step) for count in pieces.shape)
     sizes = np.bincount(pieces.ravel())[pieces]
-    return Nodes(rows, cols, *fit_patches(points, pieces, sizes, rows, cols, max(step, LEAST_REACH)))
+    return Nodes(rows, cols, *fit_patches(points, pieces, sizes, rows, cols, max(step, MIN_REACH)))
 
 
 def _page_of(nodes: Nodes, sheet: Mask, along: float, down: float) -> FlatMesh:
-    """The page of the nodes of the sheet (k, l), their mesh lying as the grid does, with links of along and down mm."""
+    """Return the page of the nodes of the sheet (k, l).
+
+    Their mesh is oriented as the grid, with links of along and down mm.
+    """
     lying = np.stack(np.meshgrid(along * nodes.cols, -down * nodes.rows), axis=-1)[sheet]
     mesh = validated(SurfaceMesh(np.column_stack([lying, np.zeros(len(lying))]), grid_faces(sheet)))
     edges, pieces = mesh.topology.edges, nodes.pieces[sheet]
@@ -199,12 +225,20 @@ def _page_of(nodes: Nodes, sheet: Mask, along: float, down: float) -> FlatMesh:
 
 
 def _plane(shape: tuple[int, int], along: float, down: float) -> Floats:
-    """(rows, cols, 2) mm: where the points of a grid lie when all its links are along and down mm long."""
+    """Return where the points of a uniform grid lie, (rows, cols, 2) mm.
+
+    All its links are along and down mm long.
+    """
     return np.stack(np.meshgrid(along * np.arange(shape[1]), -down * np.arange(shape[0])), axis=-1)
 
 
 def _harmonic(known: Mask, values: Floats) -> Floats:
-    """(k, l, d) values (n, d) where a grid of nodes (k, l) is known, and elsewhere the mean of the neighbours."""
+    """Extend known values over a grid, each the mean of its neighbours.
+
+    known: (k, l).
+    values: (n, d), at the known nodes.
+    Returns (k, l, d).
+    """
     node = np.arange(known.size).reshape(known.shape)
     filled: Floats = np.zeros((known.size, values.shape[1]))
     filled[known.ravel()] = values
@@ -221,7 +255,10 @@ def _next_known(known: Mask) -> tuple[Ints, ...]:
 
 
 def _between(nodes: Nodes, values: Floats, shape: tuple[int, int]) -> Floats:
-    """(rows, cols, d) values (k, l, d) of the nodes, interpolated linearly to all points of the grid."""
+    """Interpolate values of the nodes linearly to all points of the grid.
+
+    values: (k, l, d). Returns (rows, cols, d).
+    """
     for axis, lines in enumerate((nodes.rows, nodes.cols)):
         at = np.interp(np.arange(shape[axis]), lines, np.arange(len(lines)))
         first = np.minimum(at.astype(np.int64), max(len(lines) - 2, 0))
@@ -232,7 +269,10 @@ def _between(nodes: Nodes, values: Floats, shape: tuple[int, int]) -> Floats:
 
 
 def _moved_onto_surface(points: Floats, pieces: Ints, nodes: Nodes) -> Floats:
-    """(rows, cols, 3) mm: the points moved between the nodes of their own piece; those beside a jump as they are."""
+    """Move the points between the nodes of their own piece.
+
+    Points next to a jump stay as they are. Returns (rows, cols, 3) mm.
+    """
     corners = [nodes.pieces[a:b, c:d] for a, b in ((0, -1), (1, None)) for c, d in ((0, -1), (1, None))]
     one = np.logical_and.reduce([corner == corners[0] for corner in corners])
     cell = np.where(one, corners[0], -1)

@@ -30,6 +30,9 @@ class Solution(NamedTuple):
         return {"residual": self.residual, "converged": self.converged}
 
     def joined(self, other: Solution) -> Solution:
-        """This solution with the greater figures of another, solved beside it."""
+        """Return this solution with the greater figures of another.
+
+        The two were solved separately.
+        """
         worst = max(self.iterations, other.iterations), max(self.residual, other.residual)
         return Solution(self.flat, *worst, self.converged and other.converged)

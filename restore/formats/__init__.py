@@ -1,4 +1,7 @@
-"""Scan files. `load_scan(path)` reads any of them; each module holds one format, its reader and its writer."""
+"""Scan files: `load_scan(path)` reads any of them.
+
+Each module holds one format, its reader and its writer.
+"""
 
 from __future__ import annotations
 
@@ -77,7 +80,9 @@ SCAN_SUFFIXES = tuple(READERS)
 
 @checks_types
 def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str = AUTO) -> RangeScan | SurfaceMesh:
-    """Read a scan file or a scan folder; a mesh that is one shot of a scanner comes back on its range grid.
+    r"""Read a scan file or a scan folder.
+
+    A mesh that is one capture of a scanner is returned on its range grid.
 
     path     a file with one of the extensions of READERS, a folder that `save_scan` wrote, a `tifxyz` folder,
              or one of captured patterns of structured light.
@@ -93,7 +98,7 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
     >>> with TemporaryDirectory() as folder:
     ...     path = Path(folder) / "square.obj"
     ...     lines = ["v 0 0 0", "v 10 0 0", "v 10 10 0", "v 0 10 0", "f 1 2 3", "f 1 3 4"]
-    ...     _ = path.write_text("\\n".join(lines))
+    ...     _ = path.write_text("\n".join(lines))
     ...     mesh = load_scan(path)
     >>> mesh.vertices.shape, mesh.faces.tolist()
     ((4, 3), [[0, 1, 2], [0, 2, 3]])
@@ -134,16 +139,20 @@ def _reader(path: Path) -> Reader:
 
 
 def _in_its_unit(path: Path, scan: RangeScan, unit: str) -> RangeScan:
-    """The scan. Raises BadInput when another unit was given than millimetres, the unit of all range images."""
+    """Return the scan, if its unit is millimetres.
+
+    That is the unit of all range images. Raises BadInput when another was given.
+    """
     if unit not in (AUTO, UNSTATED):
         raise BadInput(f"{path} is a range image, its unit is millimetres", "leave --unit out")
     return scan
 
 
 def _on_range_grid(mesh: SurfaceMesh) -> RangeScan | SurfaceMesh:
-    """The scan on the range grid of a mesh; without a grid the mesh without seams, or painted with its colours.
+    """Return the scan on the range grid of a mesh.
 
-    Its texture is dropped if it has no coordinates.
+    Without a grid the mesh without seams, or textured with its vertex colours. Its texture is dropped if it has no
+    coordinates.
     """
     colours = mesh.colours if isinstance(mesh, PaintedMesh) and mesh.texture is None else None
     scan = organise(mesh, colours=colours)

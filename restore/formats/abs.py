@@ -1,4 +1,4 @@
-"""`.abs` and `.abs.gz`: the flag-XYZ range image of the Face Recognition Grand Challenge.
+"""`.abs`, `.abs.gz`: the Face Recognition Grand Challenge's range image.
 
 Three header lines (rows, columns, "pixels (flag X Y Z):"), then four images as text: flag, X, Y, Z, row by row from the
 top. A sample without a measurement has flag 0 and coordinates of −999999, or 0 from some converters.
@@ -33,8 +33,9 @@ GZIP_MAGIC = b"\x1f\x8b"
 
 
 def read_abs(path: Path, texture: Bytes | None = None) -> RangeScan:
-    """Read a range image with its texture (h, w, 3), else the picture beside it; both show the same view.
+    """Read a range image with its texture.
 
+    texture: (h, w, 3), else the picture next to the file; both show the same view.
     Raises BadInput.
     """
     data = read_bytes(path)
@@ -63,7 +64,10 @@ def read_abs(path: Path, texture: Bytes | None = None) -> RangeScan:
 
 
 def write_abs(scan: RangeScan, path: Path) -> None:
-    """Write a range image with 1 nm of resolution, compressed when the name ends in .gz. It carries no picture."""
+    """Write a range image with 1 nm of resolution.
+
+    Compressed when the name ends in .gz. It carries no picture.
+    """
     measured = scan.measured
     points = np.where(measured[..., None], scan.points, ABSENT)
     rows, cols = measured.shape
@@ -75,7 +79,10 @@ def write_abs(scan: RangeScan, path: Path) -> None:
 
 
 def _paired_picture(path: Path) -> Bytes | None:
-    """The picture by the challenge's own naming, if it is there: 02463d562.abs.gz goes with 02463d563.ppm."""
+    """Return the picture by the challenge's own naming, if it exists.
+
+    02463d562.abs.gz goes with 02463d563.ppm.
+    """
     name = re.match(r"(.*d)(\d{1,9})\.abs", path.name)
     if name is None:
         return None
@@ -84,7 +91,10 @@ def _paired_picture(path: Path) -> Bytes | None:
 
 
 def _unpack(path: Path, data: bytes, limit: int, *, whole: bool = True) -> bytes:
-    """At most `limit` bytes of the text. With `whole`, raises BadInput when there is more of it or it is cut off."""
+    """Return at most `limit` bytes of the text.
+
+    With `whole`, raises BadInput when the text is longer or is cut off.
+    """
     if not data.startswith(GZIP_MAGIC):
         return data
     stream = zlib.decompressobj(wbits=31)  # with a gzip header and its checksum
@@ -100,7 +110,10 @@ def _unpack(path: Path, data: bytes, limit: int, *, whole: bool = True) -> bytes
 
 
 def _header(path: Path, text: bytes) -> tuple[int, int, int]:
-    """Rows, columns, and offset of the numbers. Writers differ in blanks and in the rest of the header lines."""
+    """Return rows, columns, and offset of the numbers.
+
+    Writers differ in blanks and in the rest of the header lines.
+    """
     match = _HEADER.match(text, 0, MAX_HEADER_BYTES)
     if match is None:
         raise BadInput(f"{path} is not a range image: it must begin with rows, columns and pixels", DAMAGED)

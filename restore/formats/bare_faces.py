@@ -1,4 +1,7 @@
-"""Faces without texture coordinates in a mesh whose other faces have them, as editors leave where they fill holes."""
+"""Faces without texture coordinates in a textured mesh.
+
+Editors leave them where they fill holes.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +12,12 @@ MAX_BARE = 0.5  # of the faces: where more are bare, the surface is kept instead
 
 
 def kept_faces(bare: Mask, *, pictured: bool = True) -> tuple[Mask, tuple[Finding, ...]]:
-    """(m,) True for the faces to keep, given the bare ones (m,), with a finding where there are any.
+    """Return the faces to keep, with a finding where some are bare.
 
-    The bare ones are left out, as nothing was measured there and no picture shows them. Where they are most of the
-    surface, all are kept, and the picture has to be left out. All are kept, too, where there is no picture, or none is
+    The bare ones are left out, since nothing was measured there and no picture shows them. Where they are most of the
+    surface, all are kept, and the picture has to be left out. All are kept, too, without a picture, or where none is
     textured.
+    bare: (m,). Returns (m,) bool.
     """
     count = int(bare.sum())
     if not pictured or count in (0, len(bare)):

@@ -1,4 +1,6 @@
-"""Calibration files of a camera with a projector, as OpenCV's FileStorage writes them: YAML, XML or JSON.
+"""Calibration files of a camera with a projector.
+
+OpenCV's FileStorage writes them: YAML, XML or JSON.
 
 Names of the fields, in either of two ways:
 cam_K, cam_kc, proj_K, proj_kc, R, T                                    scan3d-capture (Moreno & Taubin, 3DIMPVT 2012)
@@ -32,9 +34,10 @@ RECALIBRATE = "give the file that the calibration wrote, with the fields " + ", 
 
 
 def read_rig(path: Path, projector: Projector | None = None) -> Rig:
-    """The rig of a calibration file; projector: its resolution, where it is known from elsewhere.
+    """Read the rig of a calibration file.
 
-    Raises BadInput for a file without the fields, or whose numbers are no camera, projector or rotation.
+    projector: its resolution, where it is known from elsewhere.
+    Raises BadInput for a file without the fields, or whose numbers are not a camera, projector or rotation.
     """
     fields = _fields(path)
     names = next((names for names in NAMES if names[0] in fields), NAMES[0])

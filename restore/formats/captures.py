@@ -1,4 +1,6 @@
-"""Folders of captured patterns: the pictures that a camera took of a surface under a projector's patterns.
+"""Folders of captured patterns of structured light.
+
+They hold the pictures that a camera took of a surface under a projector's patterns.
 
 calibration.yml | .yaml | .xml | .json   camera and projector, as `restore.formats.calibration` reads them
 patterns.json                            what `planish patterns` wrote: the projector's resolution
@@ -39,7 +41,10 @@ def is_captures(folder: Path) -> bool:
 
 
 def read_captures(folder: Path) -> RangeScan:
-    """The range image of a folder of captured patterns. Raises BadInput, NotEnoughSurface."""
+    """Read the range image of a folder of captured patterns.
+
+    Raises BadInput, NotEnoughSurface.
+    """
     calibration = next(folder / name for name in CALIBRATIONS if is_file(folder / name))
     rig = read_rig(calibration, _projector(folder / PATTERNS))
     paths = sorted((path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES), key=_in_order)

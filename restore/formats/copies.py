@@ -13,9 +13,10 @@ from restore.scan import Ints, SurfaceMesh, with_findings
 
 
 def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
-    """The mesh with the first of all faces between the same three places, whichever way round they run.
+    """Remove copies of faces between the same three places.
 
-    A finding counts the others. Vertices that no face uses any more are left out.
+    The first is kept, whatever the orientation. A finding counts the others. Vertices that are no longer used are left
+    out.
     """
     first = first_of_equal(_hash_faces(mesh.faces, first_at_place(mesh.vertices)))
     kept = first == np.arange(len(first))
@@ -36,6 +37,11 @@ def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
 
 
 def _hash_faces(faces: Ints, places: Ints) -> Hashes:
-    """(m,) hashes of the places (n,) of the corners of faces (m, 3), in any order."""
+    """Return hashes (m,) of the places of the corners of faces.
+
+    In any order of the corners.
+    faces: (m, 3).
+    places: (n,).
+    """
     hashes: Hashes = mix(places.astype(np.uint64) + STEP)[faces].sum(axis=1)
     return hashes

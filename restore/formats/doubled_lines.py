@@ -1,4 +1,7 @@
-"""Rows and columns that a segment has twice: one written over the next is filled in, one too many is skipped."""
+"""Removes rows and columns that a segment has twice.
+
+One written over the next is filled in, a surplus one is skipped.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,12 @@ def _doubled(axis: int, filled: int, left_out: int) -> Finding:
 def without_doubled_lines(
     points: Floats, valid: Mask, places: Floats | None
 ) -> tuple[Floats, Mask, Floats | None, list[Finding]]:
-    """Points (rows, cols, 3), valid (rows, cols) and places (rows, cols, 2) without doubled lines, and findings."""
+    """Return a grid without doubled lines, and findings.
+
+    points: (rows, cols, 3).
+    valid: (rows, cols).
+    places: (rows, cols, 2).
+    """
     findings = []
     for axis in (0, 1):
         points, valid = np.moveaxis(points, axis, 0), np.moveaxis(valid, axis, 0)
@@ -39,7 +47,10 @@ def without_doubled_lines(
 
 
 def _along_rows(points: Floats, valid: Mask) -> tuple[Floats, Mask, Mask, int]:
-    """The points and which are valid without doubled rows, which rows were kept, and how many were filled in."""
+    """Return points without doubled rows, and which are valid.
+
+    Returns also which rows were kept, and how many were filled in.
+    """
     kept, filled = np.ones(len(points), bool), 0
     with np.errstate(over="ignore", invalid="ignore"):  # of a damaged file, which is refused later
         links = np.where(valid[1:] & valid[:-1], np.linalg.norm(np.diff(points, axis=0), axis=2), np.nan)

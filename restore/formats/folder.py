@@ -63,7 +63,10 @@ class Index(BaseModel):
         return findings
 
     def split(self) -> tuple[dict[str, Any], tuple[Finding, ...]]:
-        """The provenance, and the findings; older scans kept those as sentences in their provenance."""
+        """Return the provenance, and the findings.
+
+        Older scans kept those as sentences in their provenance.
+        """
         provenance = current_provenance(self.provenance)
         sentences = provenance.pop("warnings", ())
         recorded = [one for one in sentences if isinstance(one, str)] if isinstance(sentences, list) else []
@@ -113,7 +116,10 @@ def save_scan(scan: RangeScan, folder: Path | str, *, overwrite: bool = False) -
 
 
 def _check_arrays(scan: RangeScan) -> None:
-    """Raise BadInput for arrays of other shapes or types than RangeScan tells, or with values that are not read."""
+    """Raise BadInput for arrays that RangeScan does not allow.
+
+    Of other shapes or types, or with values that are not read.
+    """
     points, places, picture = scan.points, scan.texture_xy, scan.texture
     arrays = (points, places) if picture is None else (points, places, picture)
     if not all(isinstance(array, np.ndarray) for array in arrays):
@@ -143,7 +149,10 @@ def _npz(arrays: Mapping[str, Floats]) -> bytes:
 
 
 def read_folder(folder: Path) -> RangeScan:
-    """Read a scan folder. Raises BadInput when a file is missing, damaged or not the one that was saved."""
+    """Read a scan folder.
+
+    Raises BadInput when a file is missing, damaged or not the one that was saved.
+    """
     index = _index(folder)
     if POINTS not in index.files or not set(index.files) <= {POINTS, TEXTURE}:
         raise BadInput(f"{folder / INDEX} lists the files {sorted(index.files)}", DAMAGED)
@@ -179,9 +188,11 @@ def _scan(path: Path, data: bytes, texture: Bytes | None, index: Index) -> Range
 
 
 def _check_positions(path: Path, points: Floats, texture_xy: Floats, hint: str) -> None:
-    """Raise BadInput for a grid of points (rows, cols, 3) mm and texture_xy (rows, cols, 2) that no scan has.
+    """Raise BadInput for a grid of positions that no scan has.
 
     Where nothing was measured, texture_xy may be NaN, and so may points alone.
+    points: (rows, cols, 3) mm.
+    texture_xy: (rows, cols, 2).
     """
     if points.shape[:2] != texture_xy.shape[:2]:
         raise BadInput(f"{path}: points and texture_xy are of different grids", hint)
@@ -191,7 +202,10 @@ def _check_positions(path: Path, points: Floats, texture_xy: Floats, hint: str) 
 
 
 def _array(path: Path, archive: bytes, name: str, width: int) -> Floats:
-    """One float64 array (rows, cols, width) of an .npz, never more than its own header and the limits allow."""
+    """Read one float64 array (rows, cols, width) of an .npz.
+
+    Never more than its own header and the limits allow.
+    """
     limit = MAX_ARRAY_HEADER + MAX_SAMPLES * width * 8
     try:
         with zipfile.ZipFile(io.BytesIO(archive)) as members, members.open(name + ".npy") as file:

@@ -1,4 +1,4 @@
-"""`.glb` and `.gltf`: glTF 2.0, binary, or text with files beside.
+"""`.glb` and `.gltf`: glTF 2.0, binary, or text with separate files.
 
 `restore.formats.unit` brings its metres to millimetres.
 """
@@ -47,12 +47,18 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read a mesh with its picture, inside or beside it, which `texture` (h, w, 3) replaces. Raises BadInput."""
+    """Read a mesh with its picture, inside or next to it.
+
+    texture: (h, w, 3), replaces the picture. Raises BadInput.
+    """
     return _read(path, *_chunks(path, read_bytes(path)), texture)
 
 
 def read_gltf(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read a mesh whose header is a separate file, as `read_glb`; `texture` (h, w, 3). Raises BadInput."""
+    """Read a mesh whose header is a separate file, as `read_glb`.
+
+    texture: (h, w, 3). Raises BadInput.
+    """
     return _read(path, without_mark(read_bytes(path)), None, texture)
 
 
@@ -78,7 +84,7 @@ def _read(path: Path, header: bytes, binary: bytes | None, texture: Bytes | None
 
 
 def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
-    """The JSON and the binary chunk, None where there is none."""
+    """Return the JSON and the binary chunk; that may be None."""
     chunks = _all_chunks(path, data)
     if [kind for kind, _ in chunks[:2]] not in ([JSON_CHUNK, BINARY_CHUNK], [JSON_CHUNK]):
         raise BadInput(f"{path} is not made of a JSON header and a binary chunk", DAMAGED)
@@ -141,7 +147,10 @@ def _check_reads(path: Path, layout: Layout, binary: int) -> None:
 
 
 def _pictures(path: Path, layout: Layout, binary: bytes, used: Ints) -> dict[int, Bytes]:
-    """The picture of each of the used materials (k,) that has one; the same array where they have the same."""
+    """Return the picture of each of the used materials (k,) that has one.
+
+    The same array where they have the same.
+    """
     images: dict[int, Bytes] = {}
     found: dict[int, Bytes] = {}
     for material in used:
@@ -166,7 +175,10 @@ def _pictures(path: Path, layout: Layout, binary: bytes, used: Ints) -> dict[int
 def _packed(
     path: Path, layout: Layout, binary: bytes, arrays: MeshArrays
 ) -> tuple[Bytes | None, NDArray[np.float64] | None, list[Finding]]:
-    """The picture of a mesh, of several packed into one, its texture coordinates (n, 2) there, and findings."""
+    """Return the picture of a mesh, of several packed into one.
+
+    Returns also its texture coordinates (n, 2) there, and findings.
+    """
     assert arrays.uv is not None
     of_materials = _pictures(path, layout, binary, np.unique(arrays.materials))
     pictures = list({id(picture): picture for picture in of_materials.values()}.values())

@@ -26,7 +26,10 @@ POSITION, TEXCOORD = "POSITION", "TEXCOORD_0"
 
 @dataclass
 class Additions:
-    """Arrays that are added to a file: its header, and what comes behind its binary chunk of `size` bytes."""
+    """Arrays that are added to a file.
+
+    Its header, and what follows its binary chunk of `size` bytes.
+    """
 
     header: dict[str, Any]
     size: int
@@ -53,9 +56,10 @@ class Additions:
 
 
 def plain_attributes(path: Path, header: bytes, binary: bytes, layout: Layout) -> tuple[bytes, bytes] | None:
-    """The header and the binary chunk with float positions and with the texture coordinates of the picture as set 0.
+    """Return header and binary chunk with plain attributes.
 
-    None for a file that is so already. Raises BadInput.
+    Float positions, and the texture coordinates of the picture as set 0. None for a file that is so already. Raises
+    BadInput.
     """
     try:
         new = Additions(json.loads(header), len(binary))
@@ -74,7 +78,10 @@ def plain_attributes(path: Path, header: bytes, binary: bytes, layout: Layout) -
 def _add_plain(
     path: Path, layout: Layout, binary: bytes, primitive: Primitive, attributes: dict[str, Any], new: Additions
 ) -> None:
-    """Point the attributes of a primitive to arrays of floats, which are added where the file has others."""
+    """Point the attributes of a primitive to arrays of floats.
+
+    They are added where the file has others.
+    """
     position = primitive.attributes.get(POSITION)
     if position is not None and layout.accessors[position].component != FLOAT:
         new.assign(attributes, POSITION, new.add(_values(path, layout, binary, position, "VEC3"), "VEC3"))

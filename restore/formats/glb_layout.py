@@ -22,7 +22,10 @@ class View(BaseModel):
 
 
 class Accessor(BaseModel):
-    """An array in a view. Without a view it would be zeros from nothing (sparse or compressed data)."""
+    """Array in a view.
+
+    Without a view it would be zeros from nothing (sparse or compressed data).
+    """
 
     view: int = Field(alias="bufferView", ge=0)
     start: int = Field(default=0, alias="byteOffset", ge=0)
@@ -68,7 +71,10 @@ class Texture(BaseModel):
 
 
 class TextureTransform(BaseModel):
-    """How the texture coordinates are moved before the picture is looked up; the rotation is in radians."""
+    """How the texture coordinates are moved before the picture is read.
+
+    The rotation is in radians.
+    """
 
     model_config = ConfigDict(allow_inf_nan=False)
     offset: tuple[float, float] = (0.0, 0.0)

@@ -1,6 +1,7 @@
-"""All that a glTF file refers to, brought into one header and one binary chunk, as a plain .glb has it.
+"""Gathers all that a glTF file refers to, as a plain .glb has it.
 
-Buffers and pictures may lie in the binary chunk, in the header as data URIs, or in files beside.
+In one header and one binary chunk. Buffers and pictures may be in the binary chunk, in the header as data URIs, or in
+separate files.
 """
 
 from __future__ import annotations
@@ -25,7 +26,10 @@ _ENCODED = re.compile(r"data:[^,]*;base64,")
 
 
 def gathered(path: Path, header: bytes, binary: bytes | None) -> tuple[bytes, bytes]:
-    """The header and the binary chunk of a file with its buffers and pictures in that chunk. Raises BadInput."""
+    """Return header and binary chunk, with buffers and pictures in that.
+
+    Raises BadInput.
+    """
     if len(header) > MAX_HEADER_BYTES and len(_DATA.sub(b"", header)) > MAX_HEADER_BYTES:
         raise BadInput(f"{path} is not made of a JSON header and a binary chunk", DAMAGED)
     try:
@@ -102,7 +106,10 @@ def _content(path: Path, uri: str) -> bytes | None:
 
 
 def _with_base_picture(material: dict[str, Any]) -> None:
-    """Give a material whose picture is another's than of its base colour that one as its base, in place."""
+    """Make a material's only picture its base colour, in place.
+
+    It has a picture for another purpose than its base colour.
+    """
     shading = material.setdefault("pbrMetallicRoughness", {})
     specular = material.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness", {})
     other = specular.get("diffuseTexture") or material.get("emissiveTexture")

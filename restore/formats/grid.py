@@ -15,16 +15,19 @@ ASPECT_TOLERANCE = 0.01
 
 
 def check_grid(path: Path, rows: int, cols: int) -> None:
-    """Raise BadInput when a file's range grid has no samples or more than any scanner gives."""
+    """Raise BadInput for a range grid of an impossible size.
+
+    It has no samples or more than any scanner gives.
+    """
     if rows < 1 or cols < 1 or rows * cols > MAX_SAMPLES:
         raise BadInput(f"{path}: a range grid of {rows} rows and {cols} columns cannot be", DAMAGED)
 
 
 def samples_in_picture(path: Path, rows: int, cols: int, texture: Bytes | None) -> Floats:
-    """(rows, cols, 2) texture pixels of the samples of a whole range image; without a picture, of the grid itself.
+    """Return the texture pixels (rows, cols, 2) of a whole range image.
 
-    A FAST scan has a quarter of the picture's samples, each in the middle of its 2 × 2 pixels. Raises BadInput when
-    grid and picture are not of one shape.
+    Without a picture, of the grid itself. A FAST scan has a quarter of the picture's samples, each in the centre of its
+    2 × 2 pixels. Raises BadInput when grid and picture are not of one shape.
     """
     height, width = (rows, cols) if texture is None else texture.shape[:2]
     if abs(width * rows / (height * cols) - 1.0) > ASPECT_TOLERANCE:
@@ -38,10 +41,11 @@ def samples_in_picture(path: Path, rows: int, cols: int, texture: Bytes | None) 
 
 
 def grid_polygons(measured: Mask) -> tuple[Ints, Ints]:
-    """Quads (q, 4) and triangles (t, 3) between neighbouring measured samples, counter-clockwise seen by the scanner.
+    """Return polygons between neighbouring measured samples.
 
-    The samples are numbered in raster order, top row first, the measured ones only: the way the scanner's own
-    software writes them (VIVID-S VRML export).
+    They run counter-clockwise seen by the scanner. The samples are numbered in raster order, top row first, the
+    measured ones only: the way the scanner's own software writes them (VIVID-S VRML export).
+    Returns quads (q, 4) and triangles (t, 3).
     """
     number = np.cumsum(measured.ravel()).reshape(measured.shape) - 1
     around = ((slice(None, -1), slice(None, -1)), (slice(1, None), slice(None, -1)), (slice(1, None), slice(1, None)),

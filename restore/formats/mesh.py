@@ -1,4 +1,7 @@
-"""Validation of the raw arrays of a mesh file, so that no native library receives invalid ones."""
+"""Checks the raw arrays of a mesh file.
+
+No native library receives invalid ones.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ MAX_ITEMS = 6 * MAX_SAMPLES
 MAX_FACES = 3 * 2**20
 MAX_CORNERS = 256  # of a face; scanners write triangles and quads, editors no more than some dozens
 Numbers = NDArray[np.int32]  # of vertices or corners, half as large as Ints
-MOST_BROKEN = 0.5  # of the faces may have a vertex that is not a number
+MAX_BROKEN = 0.5  # of the faces may have a vertex that is not a number
 MAX_TEXCOORD = 100.0  # tiles of a picture that repeats; UDIM has ten in a row, and files few rows
 
 
@@ -50,14 +53,17 @@ def checked_mesh(
     colours: Bytes | None = None,
     findings: Sequence[Finding] = (),
 ) -> SurfaceMesh:
-    """Check the arrays of a mesh file and make a SurfaceMesh of them, without unused vertices and collapsed faces.
+    """Check the arrays of a mesh file and make a SurfaceMesh of them.
 
-    vertices (n, 3) mm, faces (m, 3), uv (n, 2) with the origin at the lower left of the texture, which may repeat,
-    colours (n, 3) RGB.
-    Faces with a vertex that is not a number are left out, with a finding, as a hole.
-    Without texture and colours, or with one colour alone, the picture beside the file is taken. A texture without uv is
-    kept: its place may follow from the scanner's geometry. uv without a texture mean nothing and are dropped, with a
-    finding. Raises BadInput.
+    Unused vertices and collapsed faces are removed. Faces with a vertex that is not a number are left out, with a
+    finding, as a hole. Without texture and colours, or with one colour alone, the picture next to the file is taken. A
+    texture without uv is kept: its place may follow from the scanner's geometry. uv without a texture mean nothing and
+    are dropped, with a finding.
+    vertices: (n, 3) mm.
+    faces: (m, 3).
+    uv: (n, 2), with the origin at the lower left of the texture, which may repeat.
+    colours: (n, 3) RGB.
+    Raises BadInput.
     """
     points: Floats = _columns(path, "vertices", vertices, 3).astype(np.float64, copy=False)
     corners: Ints = _columns(path, "faces", faces, 3).astype(np.int64, copy=False)
@@ -86,15 +92,15 @@ def checked_mesh(
 
 
 def _finite_faces(path: Path, vertices: Floats, faces: Ints) -> tuple[Ints, list[Finding]]:
-    """The faces (m, 3) whose vertices (n, 3) are all numbers, and a finding of those that are left out.
+    """Return the faces (m, 3) whose vertices (n, 3) are all numbers.
 
-    Raises BadInput where these are most.
+    Returns also a finding of those that are left out. Raises BadInput where these are most.
     """
     broken: Mask = ~np.all(np.isfinite(vertices), axis=1)
     if not broken.any():
         return faces, []
     lost: Mask = np.any(broken[faces], axis=1)
-    if lost.sum() > MOST_BROKEN * len(lost):
+    if lost.sum() > MAX_BROKEN * len(lost):
         first = int(np.argmax(broken))
         x, y, z = vertices[first]
         raise BadInput(f"{path}: vertex {first} lies at ({x:g}, {y:g}, {z:g}) mm, and most faces have such", DAMAGED)
@@ -115,7 +121,10 @@ def _columns(path: Path, what: str, array: NDArray[Any], width: int) -> NDArray[
 
 
 def check_vertices(path: Path, vertices: Floats) -> None:
-    """Raise BadInput for too many vertices (n, 3) mm, or one that is not finite or out of range."""
+    """Raise BadInput for too many vertices (n, 3) mm, or invalid ones.
+
+    One is not finite or out of range.
+    """
     check_counts(path, len(vertices), 0)
     bad = ~np.logical_and.reduce([np.abs(axis) <= MAX_COORDINATE_MM for axis in vertices.T])
     if bad.any():
@@ -132,7 +141,10 @@ def check_counts(path: Path, vertices: int, faces: int) -> None:
 
 
 def check_polygons(path: Path, sizes: NDArray[np.integer]) -> None:
-    """Raise BadInput for polygons of too many corners (m,), or too many triangles of them all."""
+    """Raise BadInput for polygons of too many corners or triangles.
+
+    sizes: (m,), corners of each; all triangles are counted.
+    """
     if len(sizes) and sizes.max() > MAX_CORNERS:
         raise BadInput(f"{path}: a face has {sizes.max()} corners, more than {MAX_CORNERS}", DAMAGED)
     check_counts(path, 0, int(np.maximum(sizes - 2, 0).sum()))
@@ -159,8 +171,12 @@ def _texcoords(path: Path, uv: NDArray[np.floating], texture: Bytes, vertices: F
 
 
 def colours_from(values: NDArray[Any]) -> Bytes:
-    """(n, 3) uint8 RGB of colours (n, 3): fractions of 1 or numbers up to 255 where they are floats, whole numbers up
-    to the largest of their type; what is no number is black."""
+    """Convert colours to uint8 RGB.
+
+    Floats are fractions of 1 or numbers up to 255, whole numbers go up to the largest of their type; what is not a
+    number is black.
+    values: (n, 3). Returns (n, 3).
+    """
     if values.dtype.kind == "f":
         scale = 255.0 if np.nanmax(values, initial=0.0) <= 1.0 else 1.0
     else:
@@ -169,13 +185,21 @@ def colours_from(values: NDArray[Any]) -> Bytes:
 
 
 def texture_pixels(uv: Floats, texture: Bytes) -> Floats:
-    """(n, 2) pixels, y down, the first pixel's centre at 0, from uv (n, 2) in 0…1, v up."""
+    """Convert uv in 0…1, v up, to texture pixels, y down.
+
+    The first pixel's centre is at 0.
+    uv: (n, 2). Returns (n, 2).
+    """
     height, width = texture.shape[:2]
     return np.column_stack([uv[:, 0] * width - 0.5, (1.0 - uv[:, 1]) * height - 0.5])
 
 
 def texture_uv(texcoords: Floats, texture: Bytes) -> Floats:
-    """(n, 2) texture coordinates (u, v) of texture pixels (n, 2) of a picture (h, w, 3); see `texture_pixels`."""
+    """Convert texture pixels to texture coordinates (u, v).
+
+    The inverse of `texture_pixels`.
+    texcoords: (n, 2), of a picture (h, w, 3). Returns (n, 2).
+    """
     height, width = texture.shape[:2]
     return np.column_stack([(texcoords[:, 0] + 0.5) / width, 1.0 - (texcoords[:, 1] + 0.5) / height])
 
@@ -202,7 +226,7 @@ def _fan(indices: Numbers, starts: Numbers, counts: Numbers, triangles: Ints) ->
 
 
 def split_seams(faces: Ints, uv_faces: Ints, uv_count: int) -> tuple[Ints, Ints, Ints]:
-    """Give every pair of (vertex, texture coordinate) that the faces use a vertex of its own.
+    """Give every used pair of vertex and texture coordinate a vertex.
 
     Returns the vertices and the texture coordinates to take (k,), (k,), and the faces (m, 3) among them.
     """
@@ -224,7 +248,10 @@ def split_seams(faces: Ints, uv_faces: Ints, uv_count: int) -> tuple[Ints, Ints,
 
 @numba.njit(cache=True)
 def _sorted_by(keys: Ints, order: Numbers, count: int) -> Numbers:
-    """The order (c,) stably sorted by the keys (c,), which are below `count`: a counting sort, linear in both."""
+    """Sort an order (c,) stably by keys (c,).
+
+    The keys are below `count`: a counting sort, linear in both.
+    """
     first = np.zeros(count + 1, np.int32)
     for key in keys:
         first[key + 1] += 1
@@ -239,7 +266,10 @@ def _sorted_by(keys: Ints, order: Numbers, count: int) -> Numbers:
 
 @numba.njit(cache=True)
 def _number_pairs(first: Ints, second: Ints, order: Numbers, pairs: Numbers, numbers: Ints) -> int:
-    """Number the distinct pairs of corners that are sorted by both. Returns how many there are."""
+    """Number the distinct pairs of corners that are sorted by both.
+
+    Returns how many pairs exist.
+    """
     used = 0
     for k in order:
         if used == 0 or pairs[used - 1, 0] != first[k] or pairs[used - 1, 1] != second[k]:

@@ -1,4 +1,7 @@
-"""`.obj`: Wavefront text with its material file and picture. v points up in the picture."""
+"""`.obj`: Wavefront text with its material file and picture.
+
+v points up in the picture.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +35,7 @@ MAX_LIBRARIES = 16  # a scan has one
 LARGE_MESH = 1000  # vertices: more than in files written by hand
 UNUSED_TAIL = 0.01  # of the vertices: the faces of a truncated file do not reach its last vertices
 # Of the vertices: where the faces use fewer, though the last line has an end, more were lost than an editor deletes.
-LEAST_USED = 0.5
+MIN_USED = 0.5
 UNMOVED = {b"-s": 1.0, b"-o": 0.0}  # scale and offset that leave the texture coordinates as they are
 MAPS = (b"map_kd", b"map_ka", b"map_ke")
 _COMMAS = re.compile(rb"^[ \t]*v[ \t]+[-+]?\d*,\d", re.MULTILINE)
@@ -42,8 +45,9 @@ _NUMBER = re.compile(rb"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read a mesh with texture coordinates; `texture` (h, w, 3) replaces the picture of its material.
+    """Read a mesh with texture coordinates.
 
+    texture: (h, w, 3), replaces the picture of its material.
     Raises BadInput.
     """
     data, commas = _with_points(with_newlines(without_mark(read_bytes(path))))
@@ -51,7 +55,7 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     starts = np.cumsum(text.sizes) - text.sizes
     faces, uv_faces = fan_triangles(text.corners, starts, text.sizes), fan_triangles(text.uvs, starts, text.sizes)
     unused = _check_complete(path, data, text, faces)
-    colours = _colours(text)
+    colours, doubts = _colours(text)
     bare: Mask = np.any(uv_faces < 0, axis=1)
     pictures, of_faces, notes = list[Bytes](), np.zeros(len(faces), np.int64), list[Finding]()
     if not bare.all() and texture is None:
@@ -61,8 +65,8 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     elif texture is not None:
         pictures = [texture]
     kept, findings = kept_faces(bare, pictured=bool(pictures))
-    findings = (*commas, *unused, *notes, *findings)
     texture = pictures[0] if pictures else None
+    findings = (*commas, *unused, *(doubts if texture is None else ()), *notes, *findings)
     if bare[kept].any():
         return checked_mesh(path, text.vertices, faces, texture=texture, colours=colours, findings=findings)
     uv_count = len(text.uv)
@@ -85,7 +89,10 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
 
 
 def write_obj(mesh: SurfaceMesh, path: Path) -> None:
-    """Write a mesh, with 0.1 µm of resolution, and when it has a texture its .mtl and .png beside it."""
+    """Write a mesh with 0.1 µm of resolution.
+
+    When it has a texture, its .mtl and .png are written next to it.
+    """
     lines = [f"mtllib {path.stem}.mtl", "usemtl page"] if mesh.texcoords is not None else []
     lines += map("v {:.4f} {:.4f} {:.4f}".format, *mesh.vertices.T)
     corner = "{0}"
@@ -100,32 +107,42 @@ def write_obj(mesh: SurfaceMesh, path: Path) -> None:
 
 
 def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> tuple[Finding, ...]:
-    """A finding where the last vertices are in no face: the file may be cut short between two lines.
+    """Return a finding where the last vertices are in no face.
 
-    Scanners write as many vertices as their faces use, before the faces; editors leave the vertices of faces that were
-    deleted. Raises BadInput when the last face is not complete, or vertices are unused and the last line has no end, or
-    most are unused.
+    The file may be cut short between two lines. Scanners write as many vertices as their faces use, before the faces;
+    editors leave the vertices of faces that were deleted. Raises BadInput when the last face is not complete, or
+    vertices are unused and the last line has no end, or most are unused.
     """
     if len(faces) == 0:
         return ()
     last = data[data.rfind(b"\n") + 1 :].split()
     if last[:1] == [b"f"] and len(last) < 4:
         raise BadInput(f"{path} seems cut short: its last face is not complete", CUT_SHORT)
-    share = (int(faces.max()) + 1) / len(text.vertices)
+    used = (int(faces.max()) + 1) / len(text.vertices)
     large, ended = len(text.vertices) >= LARGE_MESH, data.endswith(b"\n")
-    if share < (LEAST_USED if large and ended else 0.0 if ended else 1.0):
-        raise BadInput(f"{path} seems cut short: its faces use the first {share:.0%} of its vertices", CUT_SHORT)
-    if large and share < 1.0 - UNUSED_TAIL:
-        return (Finding.of("unused_vertices", share),)
+    if used < (MIN_USED if large and ended else 0.0 if ended else 1.0):
+        raise BadInput(f"{path} seems cut short: its faces use the first {used:.0%} of its vertices", CUT_SHORT)
+    if large and used < 1.0 - UNUSED_TAIL:
+        return (Finding.of("unused_vertices", used),)
     return ()
 
 
-def _colours(text: ObjText) -> Bytes | None:
-    """The colours (n, 3) of vertices that all have one, 0 to 1 or 0 to 255 in the file."""
-    if not len(text.colours) or np.isnan(text.colours).any():
-        return None
-    scale = 255.0 if text.colours.max() <= 1.0 else 1.0
-    return np.clip(np.rint(scale * text.colours), 0, 255).astype(np.uint8)
+def _colours(text: ObjText) -> tuple[Bytes | None, tuple[Finding, ...]]:
+    """Return the colours of vertices, and a finding where they are ambiguous.
+
+    The colours are (n, 3): all vertices have one, 0 to 1 or 0 to 255 in the file. Four numbers behind the position are
+    r g b and opacity, or w of homogeneous coordinates, which is 1, and r g b.
+    """
+    others = text.others
+    if not len(others) or np.isnan(others[:, :3]).any():
+        return None, ()
+    four = not np.isnan(others[:, 3]).any()
+    behind = four and bool((others[:, 0] == 1.0).all())
+    if behind and bool((others[:, 3] == others[0, 3]).all()) and bool((others != others[0]).any()):
+        return None, (Finding.of("colours_ambiguous"),)
+    colours = others[:, 1:] if behind else others[:, :3]
+    scale = 255.0 if colours.max() <= 1.0 else 1.0
+    return np.clip(np.rint(scale * colours), 0, 255).astype(np.uint8), ()
 
 
 def _with_points(data: bytes) -> tuple[bytes, tuple[Finding, ...]]:
@@ -136,8 +153,10 @@ def _with_points(data: bytes) -> tuple[bytes, tuple[Finding, ...]]:
 
 
 def _pictures(path: Path, data: bytes, text: ObjText) -> tuple[list[Bytes], Ints, list[Finding]]:
-    """The pictures of the materials that the faces use, none when no material names one; which of them each triangle
-    (m,) has; and findings."""
+    """Return the pictures of the materials that the faces use.
+
+    None when no material names one. Returns also which of them each triangle (m,) has, and findings.
+    """
     if len(text.libraries) > MAX_LIBRARIES:
         raise BadInput(f"{path} uses {len(text.libraries)} material files, a scan has one", ONE_SHOT)
     named: dict[bytes, tuple[bytes, str]] = {}
@@ -168,7 +187,10 @@ def _pictures(path: Path, data: bytes, text: ObjText) -> tuple[list[Bytes], Ints
 
 
 def _picture_of_polygons(data: bytes, pictures: dict[bytes, int]) -> Ints:
-    """(p,) the number of the picture of each face line, 0 before any material that has one."""
+    """Return the number (p,) of the picture of each face line.
+
+    0 before any material that has one.
+    """
     current, found = 0, []
     for line in _FACES_AND_MATERIALS.finditer(data):
         if line[1] is None:
@@ -187,9 +209,10 @@ def _library_names(path: Path, name: str) -> list[str]:
 
 
 def _materials(file: Path, name: str) -> dict[bytes, tuple[bytes, str]]:
-    """The options and the picture of each material of a material file that has one, with the folder of that file.
+    """Return options and picture of each material that has a picture.
 
-    The picture of the diffuse colour goes before that of the ambient, and that before the emissive one.
+    With the folder of the material file. The picture of the diffuse colour goes before that of the ambient, and that
+    before the emissive one.
     """
     found: dict[bytes, dict[bytes, bytes]] = {}
     material = b""
@@ -210,7 +233,10 @@ def _settings(text: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 
 def _check_options(path: Path, value: bytes) -> None:
-    """Raise BadInput where options before the name of a picture scale the texture coordinates or move them."""
+    """Raise BadInput for options that scale or move the coordinates.
+
+    They come before the name of a picture.
+    """
     words = value.split()
     for option, neutral in UNMOVED.items():
         behind = words[words.index(option) + 1 :] if option in words else []
@@ -221,7 +247,10 @@ def _check_options(path: Path, value: bytes) -> None:
 
 
 def file_name(value: bytes) -> str:
-    """The name of a file, which may be quoted, and in Latin-1 where it is no UTF-8."""
+    """Return the name of a file, which may be quoted.
+
+    It is Latin-1 where it is not UTF-8.
+    """
     try:
         name = value.decode("utf-8")
     except UnicodeDecodeError:
@@ -245,7 +274,10 @@ def _is_argument(word: bytes) -> bool:
 
 
 def _picture_file(path: Path, name: str, folder: str) -> Path:
-    """The file of a picture's name beside the mesh, or else in the folder of the material file."""
+    """Return the file of a picture's name next to the mesh.
+
+    Or else in the folder of the material file.
+    """
     places = (find_reference(path, place) for place in (name, f"{folder}/{name}"))
     file = next((place for place in places if place is not None), None)
     if file is None:

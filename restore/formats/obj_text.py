@@ -22,8 +22,8 @@ MAX_NAMES = 1000  # of materials, and of material files; a scan has one of each
 EXACT_DIGITS = 2**53  # whole numbers below are exact in float64, and so is their product …
 EXACT_POWER = 22  # … with or quotient by a power of ten up to this one (W. Clinger, PLDI 1990)
 POWERS = 10.0 ** np.arange(EXACT_POWER + 1)
-LEAST_VERTEX_BYTES = len(b"v 0 0 0\n")  # more vertex lines than fit would take many times the memory of the file
-VALUES = 6  # x y z r g b: more numbers on a line are left out
+MIN_VERTEX_BYTES = len(b"v 0 0 0\n")  # more vertex lines than fit would take many times the memory of the file
+VALUES = 7  # x y z r g b a, or x y z w r g b: more numbers on a line are left out
 KINDS = VERTEX, TEXCOORD, FACE, LIBRARY, MATERIAL = range(5)
 NUMBER_FAULT, CORNER_FAULT, INDEX_FAULT, COUNT_FAULT = 1, 2, 3, 4
 TAB, NEWLINE, RETURN, BLANK, HASH, SLASH, MINUS, PLUS, POINT = 9, 10, 13, 32, 35, 47, 45, 43, 46
@@ -35,7 +35,7 @@ class ObjText:
     """Contents of an OBJ file.
 
     vertices  (n, 3) positions.
-    colours   (n, 3) the three numbers behind, NaN where the line has fewer.
+    others    (n, 4) the numbers behind, NaN where the line has fewer.
     uv        (t, 2) texture coordinates.
     corners   (c,) vertex of each corner of each face, in the order of the file.
     uvs       (c,) its texture coordinate, −1 where it has none.
@@ -44,7 +44,7 @@ class ObjText:
     """
 
     vertices: Floats
-    colours: NDArray[np.float32]
+    others: NDArray[np.float32]
     uv: Floats
     corners: Numbers
     uvs: Numbers
@@ -62,18 +62,21 @@ def parse_obj(path: Path, data: bytes) -> ObjText:
     counted = in_threads(lambda part: _count(text[part]), parts)
     counts = np.array([sizes for sizes, _, _ in counted])
     before, sizes = np.cumsum(counts, axis=0) - counts, counts.sum(axis=0)
-    if sizes[VERTEX] * LEAST_VERTEX_BYTES > len(text):
+    if sizes[VERTEX] * MIN_VERTEX_BYTES > len(text):
         raise BadInput(f"{path}: a vertex has fewer than three coordinates", DAMAGED)
     check_counts(path, sizes[VERTEX], max(sizes[-1] - 2 * sizes[FACE], 0))
-    vertices, colours = np.empty((sizes[VERTEX], 3)), np.empty((sizes[VERTEX], 3), np.float32)
+    vertices, others = np.empty((sizes[VERTEX], 3)), np.empty((sizes[VERTEX], VALUES - 3), np.float32)
     uv, faces = np.empty((sizes[TEXCOORD], 2)), np.zeros(sizes[FACE], np.int32)
     corners, uvs = np.empty(sizes[-1], np.int32), np.empty(sizes[-1], np.int32)
 
     def fill(part: slice, start: Ints) -> tuple[Numbers, Bytes]:
-        """Fill the arrays from a part of the text. Returns places and words left for `_parse_remaining`."""
+        """Fill the arrays from a part of the text.
+
+        Returns places and words left for `_parse_remaining`.
+        """
         places, words = np.empty(0, np.int32), np.empty(0, np.uint8)
         while True:  # most files have no number that the kernel cannot parse exactly; for others, room is made
-            found = _fill(text[part], start, vertices, colours, uv, faces, corners, uvs, places, words)
+            found = _fill(text[part], start, vertices, others, uv, faces, corners, uvs, places, words)
             fault, line, count, length = (int(number) for number in found)
             if fault:
                 raise _line_error(path, data, fault, data.count(b"\n", 0, part.start) + line)
@@ -83,14 +86,17 @@ def parse_obj(path: Path, data: bytes) -> ObjText:
 
     left = in_threads(lambda item: fill(*item), zip(parts, before, strict=True))
     for places, words in left:
-        _parse_remaining(path, places, words, vertices, colours, uv)
+        _parse_remaining(path, places, words, vertices, others, uv)
     offsets = [[part.start + one for one in found[1:]] for part, found in zip(parts, counted, strict=True)]
     names = (_names(path, data, np.concatenate(places)) for places in zip(*offsets, strict=True))
-    return ObjText(vertices, colours, uv, corners, uvs, faces, *names)
+    return ObjText(vertices, others, uv, corners, uvs, faces, *names)
 
 
 def _parts(text: Bytes) -> list[slice]:
-    """Parts of a text of whole lines, for the threads: at least PART_BYTES, the last excepted."""
+    """Return parts of whole lines of a text, for the threads.
+
+    At least PART_BYTES each, except the last.
+    """
     size, edges = max(len(text) // PARTS, PART_BYTES), [0]
     while edges[-1] < len(text):
         end = edges[-1] + size
@@ -109,24 +115,27 @@ def _names(path: Path, data: bytes, places: Ints) -> tuple[bytes, ...]:
 
 
 def _parse_remaining(
-    path: Path, places: Numbers, words: Bytes, vertices: Floats, colours: NDArray[np.float32], uv: Floats
+    path: Path, places: Numbers, words: Bytes, vertices: Floats, others: NDArray[np.float32], uv: Floats
 ) -> None:
     """Parse the numbers of many digits, whose words have blanks between them.
 
-    A place is 6 · vertex + column of position and colour, or −1 − (2 · texture coordinate + column).
+    A place is 7 · vertex + column of position and colour, or −1 − (2 · texture coordinate + column).
     """
     parsed = parse_numbers(words.tobytes(), path, "a line")
     if len(parsed) != len(places):
         raise BadInput(f"{path}: a word stands where a number should be", DAMAGED)
     row, column = np.divmod(places, VALUES)
-    for array, here, first in ((vertices, column < 3, 0), (colours, column >= 3, 3)):
+    for array, here, first in ((vertices, column < 3, 0), (others, column >= 3, 3)):
         here = here & (places >= 0)
         array[row[here], column[here] - first] = parsed[here]
     uv.reshape(-1)[-1 - places[places < 0]] = parsed[places < 0]
 
 
 def _line_error(path: Path, data: bytes, fault: int, line: int) -> BadInput:
-    """The error for a fault on a line. A fault on an unterminated last line is reported as a truncated file."""
+    """Return the error for a fault on a line.
+
+    A fault on an unterminated last line is reported as a truncated file.
+    """
     if line == data.count(b"\n") + 1 and not data.endswith(b"\n"):
         return BadInput(f"{path} seems cut short: line {line} is not complete", CUT_SHORT)
     reasons = {
@@ -145,7 +154,10 @@ def _is_blank(byte: int) -> bool:
 
 @numba.njit(cache=True)
 def _keyword(text: Bytes, at: int) -> tuple[int, int]:
-    """The kind of the line whose first word begins at `at`, −1 for others, and where its first word ends."""
+    """Return the kind of a line and the end of its first word.
+
+    The word begins at `at`; the kind is −1 for others.
+    """
     end = at
     while not _is_blank(text[end]) and text[end] != NEWLINE:
         end += 1
@@ -185,7 +197,10 @@ def _line_end(text: Bytes, at: int) -> int:
 
 @numba.njit(cache=True, nogil=True)
 def _count(text: Bytes) -> tuple[Ints, Ints, Ints]:
-    """(6,) lines of each kind and corners in all; offsets (k, 2) of the names of mtllib and usemtl lines."""
+    """Count the lines of each kind and the corners in all, (6,).
+
+    Returns also the offsets (k, 2) of the names of mtllib and usemtl lines.
+    """
     counts, at = np.zeros(6, np.int64), 0
     while at < len(text):
         start, _ = _next_word(text, at)
@@ -218,7 +233,7 @@ def _fill(
     text: Bytes,
     start: Ints,
     vertices: Floats,
-    colours: NDArray[np.float32],
+    others: NDArray[np.float32],
     uv: Floats,
     faces: Numbers,
     corners: Numbers,
@@ -226,8 +241,9 @@ def _fill(
     places: Numbers,
     words: Bytes,
 ) -> tuple[int, int, int, int]:
-    """Fill the arrays from a part of the file, before which are start (6,) lines of each kind and corners.
+    """Fill the arrays from a part of the file.
 
+    start: (6,), lines of each kind and corners before the part.
     Returns a fault or 0, its line, number and length of the words left for `_parse_remaining`.
     """
     at, line, left, length = 0, 0, 0, 0
@@ -256,14 +272,14 @@ def _fill(
                     elif count < 3:
                         vertices[vertex, count] = value
                     else:
-                        colours[vertex, count - 3] = value
+                        others[vertex, count - 3] = value
                 count += 1
                 begin, word = _next_word(text, word)
             if count < (3 if kind == VERTEX else 1):
                 return NUMBER_FAULT, line, left, length
             if kind == VERTEX:
-                for k in range(max(count - 3, 0), 3):
-                    colours[vertex, k] = np.nan
+                for k in range(max(count - 3, 0), VALUES - 3):
+                    others[vertex, k] = np.nan
                 vertex += 1
             else:
                 if count == 1:
@@ -291,7 +307,10 @@ def _fill(
 
 @numba.njit(cache=True)
 def _number(text: Bytes, at: int, end: int) -> tuple[int, float]:
-    """0 for text that cannot be a number; 1 and the exact value; 2 for one that `_parse_remaining` has to parse."""
+    """Parse a number, where that is simple.
+
+    Returns 0 for text that cannot be a number; 1 and the exact value; 2 for one that `_parse_remaining` has to parse.
+    """
     first = text[at]
     if not (ZERO <= first <= NINE or first in (MINUS, PLUS, POINT)):
         return (2 if first in (73, 78, 105, 110) else 0), 0.0  # inf and nan are numbers, whose place is refused later
@@ -344,7 +363,10 @@ def _corner(text: Bytes, at: int, end: int, vertices: int, texcoords: int) -> tu
 
 @numba.njit(cache=True)
 def _index(text: Bytes, at: int, end: int, count: int) -> tuple[int, int, int]:
-    """A fault or 0, the index from 0 on, and where it ends. Negative ones count back from the latest of `count`."""
+    """Parse an index; negative ones count back from the latest of `count`.
+
+    Returns a fault or 0, the index from 0 on, and where it ends.
+    """
     negative = text[at] == MINUS
     at += negative
     value, digits = np.int64(0), 0

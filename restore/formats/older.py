@@ -18,7 +18,9 @@ INTEGRITY: Mapping[str, str] = {"checksummed": "checksum", "doubled": "read_twic
 
 
 def current_provenance(provenance: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the provenance of a scan under today's names. No earlier name has another meaning today.
+    """Return the provenance of a scan under today's names.
+
+    No earlier name has another meaning today.
 
     >>> current_provenance({"device": "mine", "assurance": "doubled", "super": {"shots": 4, "factor": 2}})
     {'device': 'mine', 'integrity': 'read_twice', 'super_resolution': {'factor': 2, 'captures': 4}}

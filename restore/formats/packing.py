@@ -1,4 +1,7 @@
-"""Several pictures of one sheet, as programs write them for large models, packed into one."""
+"""Packs several pictures of one sheet into one.
+
+Programs write several for large models.
+"""
 
 from __future__ import annotations
 
@@ -18,10 +21,11 @@ MAX_PICTURES = 64
 
 
 def pack(path: Path, pictures: Sequence[Bytes], uv: Floats, picture_of: Ints, faces: Ints) -> tuple[Bytes, Floats]:
-    """One picture with all of them, each (h, w, 3), and the texture coordinates (n, 2), v up, in it.
+    """Pack pictures (h, w, 3) into one, with its texture coordinates.
 
-    picture_of (n,) the picture that the coordinates uv (n, 2) of each vertex are in; faces (m, 3) never go from one to
-    another. Raises BadInput for too many pictures or pixels.
+    picture_of: (n,), the picture that the coordinates uv (n, 2), v up, of each vertex are in.
+    faces: (m, 3), never go from one picture to another.
+    Returns the picture and the coordinates (n, 2). Raises BadInput for too many pictures or pixels.
     """
     cols = ceil(sqrt(len(pictures)))
     rows = ceil(len(pictures) / cols)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import warnings
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from restore.errors import BadInput
+from restore.formats.png import png_parts
 from restore.formats.source import CUT_SHORT, is_file, read_bytes, scan_stem
 from restore.runtime.arguments import checks_types
 from restore.scan import Bytes
@@ -21,11 +21,8 @@ MAX_PIXELS = 80_000_000
 # A photograph has four pixels to a byte at most; what is packed closer, and is not small, was made to fill the memory.
 SMALL_PIXELS, MAX_PIXELS_PER_BYTE = 20_000_000, 16
 BAND_ROWS = 256
-# Runs of one byte only: a fifth of the default's time for no more bytes, measured on pages of text and on the scanner's
-# pictures. Pixels are like those beside them, not like those further away.
-STRATEGY = zlib.Z_RLE
 KINDS = ("PNG", "PPM", "JPEG", "TIFF", "BMP", "WEBP")
-# In the order of preference when several lie beside a scan: lossless first.
+# In the order of preference when several lie next to a scan: lossless first.
 SUFFIXES = (".png", ".ppm", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg", ".webp")
 
 # TIFF 6.0, section 8: numbers of the tags, and their values where white is 0 and where every colour is stored apart.
@@ -35,12 +32,19 @@ WHITE_IS_ZERO, SEPARATE, UNSIGNED = 0, 2, 1
 
 @checks_types
 def read_image(path: Path | str) -> Bytes:
-    """Read a picture file as (h, w, 3) uint8 RGB. Raises BadInput when it is missing, damaged or too large."""
+    """Read a picture file as (h, w, 3) uint8 RGB.
+
+    Raises BadInput when it is missing, damaged or too large.
+    """
     return decode_picture(read_bytes(Path(path)), str(path))
 
 
 def decode_picture(data: bytes, name: str) -> Bytes:
-    """Decode a picture to (h, w, 3) uint8 RGB; `name` denotes it in errors. Raises BadInput."""
+    """Decode a picture to (h, w, 3) uint8 RGB.
+
+    name: of the picture, in errors.
+    Raises BadInput.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of odd tags; unreadable pixels are an error all the same
         try:
@@ -65,7 +69,10 @@ def check_size(width: int, height: int, size: int, name: str) -> None:
 
 
 def _check_samples(image: Image.Image, name: str) -> None:
-    """Raise BadInput for numbers on a scale that no tag tells, and for a TIFF that Pillow puts together wrongly."""
+    """Raise BadInput for samples that cannot be read reliably.
+
+    Numbers on a scale that no tag states, and a TIFF that Pillow puts together wrongly.
+    """
     tags: Any = getattr(image, "tag_v2", {})  # of TIFF alone
     bits, kind = tags.get(BITS, (8,)), tags.get(SAMPLE_FORMAT, (UNSIGNED,))
     grey = image.format == "TIFF" and image.mode.startswith("I") and (bits, kind) != ((16,), (UNSIGNED,))
@@ -76,7 +83,10 @@ def _check_samples(image: Image.Image, name: str) -> None:
 
 
 def _rgb(image: Image.Image) -> Bytes:
-    """The picture (h, w, 3) uint8 RGB, converted in bands: Pillow's copies of the whole would take twice the memory."""
+    """Convert a picture to (h, w, 3) uint8 RGB, in bands.
+
+    Pillow's copies of the whole would take twice the memory.
+    """
     out = np.empty((image.height, image.width, 3), np.uint8)
     tags: Any = getattr(image, "tag_v2", {})
     negative = tags.get(PHOTOMETRIC) == WHITE_IS_ZERO  # Pillow turns this round in pictures of 8 bits alone
@@ -92,16 +102,17 @@ def _rgb(image: Image.Image) -> Bytes:
 
 @checks_types
 def encode_png(picture: Bytes, **chunks: Any) -> bytes:
-    """Encode (h, w, 3) uint8 RGB as PNG, without loss; chunks: what Pillow's writer of PNG takes besides."""
-    out = io.BytesIO()
-    Image.fromarray(picture).save(out, "PNG", compress_type=STRATEGY, **chunks)
-    return out.getvalue()
+    """Encode (h, w, 3) uint8 RGB as PNG, without loss.
+
+    chunks: what Pillow's writer of PNG takes in addition.
+    """
+    return b"".join(png_parts(picture, **chunks))
 
 
 def adjacent_picture(path: Path) -> Bytes | None:
-    """The picture (h, w, 3) in the same folder with the name of the scan, if there is one.
+    """Return the picture in the same folder with the name of the scan.
 
-    Raises BadInput when it is damaged.
+    Returns (h, w, 3), or None. Raises BadInput when it is damaged.
     """
     names = (path.with_name(scan_stem(path) + suffix) for suffix in SUFFIXES)
     return next((read_image(name) for name in names if is_file(name)), None)

@@ -1,4 +1,7 @@
-"""`.ply`: Stanford polygon file, text or binary, with a picture (`comment TextureFile`) or a colour for each vertex."""
+"""`.ply`: Stanford polygon file, text or binary.
+
+With a picture (`comment TextureFile`) or a colour for each vertex.
+"""
 
 from __future__ import annotations
 
@@ -28,8 +31,9 @@ PICTURE = b"texturefile"
 
 
 def read_ply(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read a mesh, its texture coordinates or its colours; `texture` (h, w, 3) replaces its picture.
+    """Read a mesh, its texture coordinates or its colours.
 
+    texture: (h, w, 3), replaces its picture.
     Raises BadInput.
     """
     content = parse_ply(path, read_bytes(path))
@@ -66,7 +70,10 @@ def read_ply(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
 
 
 def write_ply(mesh: SurfaceMesh, path: Path) -> None:
-    """Write a mesh as binary PLY without loss, and when it has a texture that as .png beside it."""
+    """Write a mesh as binary PLY without loss.
+
+    When it has a texture, that is written as .png next to it.
+    """
     fields, columns, comment = ["x", "y", "z"], [mesh.vertices], ""
     if mesh.texture is not None and mesh.texcoords is not None:
         fields, columns = fields + ["s", "t"], columns + [texture_uv(mesh.texcoords, mesh.texture)]
@@ -83,7 +90,10 @@ def write_ply(mesh: SurfaceMesh, path: Path) -> None:
 
 
 def _columns(columns: dict[str, NDArray[Any]], names: str | tuple[str, ...]) -> Floats | None:
-    """(n, k) numbers of the named properties, None when one of them is missing."""
+    """Return the numbers (n, k) of the named properties.
+
+    None when one of them is missing.
+    """
     if not all(name in columns for name in names):
         return None
     with np.errstate(invalid="ignore"):  # of a NaN that signals
@@ -91,7 +101,10 @@ def _columns(columns: dict[str, NDArray[Any]], names: str | tuple[str, ...]) -> 
 
 
 def _colours(content: PlyData, of: str) -> Bytes | None:
-    """The colours (n, 3) of the elements of a name, under any name that is in use, of the type that the header says."""
+    """Return the colours (n, 3) of the elements of a name.
+
+    Under any name that is in use, of the type that the header says.
+    """
     columns = content.columns.get(of, {})
     kinds = {p.name: p.kind for element in content.header.elements if element.name == of for p in element.properties}
     for names in COLOURS:
@@ -102,7 +115,10 @@ def _colours(content: PlyData, of: str) -> Bytes | None:
 
 
 def _colours_of_faces(content: PlyData, count: int) -> Bytes | None:
-    """The mean colours (count, 3) of the faces round each vertex, where the file gives a colour to each face."""
+    """Return the mean colours (count, 3) of the faces round each vertex.
+
+    Where the file gives a colour to each face.
+    """
     colours = _colours(content, "face")
     corners = next(
         (lists[name] for lists in [content.lists.get("face", {})] for name in CORNERS if name in lists), None
@@ -118,7 +134,10 @@ def _colours_of_faces(content: PlyData, count: int) -> Bytes | None:
 
 
 def _strips(path: Path, content: PlyData) -> Ints | None:
-    """Triangles (m, 3) of strips, as the Stanford repository and MeshLab write them; −1 parts one from the next."""
+    """Return the triangles (m, 3) of strips.
+
+    As the Stanford repository and MeshLab write them; −1 parts one from the next.
+    """
     lists = content.lists.get("tristrips", {})
     found = next((lists[name] for name in CORNERS if name in lists), None)
     if found is None:
@@ -135,9 +154,10 @@ def _strips(path: Path, content: PlyData) -> Ints | None:
 
 
 def _faces(path: Path, content: PlyData) -> tuple[Ints, Ints | None, Floats | None, Ints]:
-    """Triangles (m, 3); with texture coordinates of corners also their numbers (m, 3) and the coordinates (t, 2).
+    """Return the triangles (m, 3) of faces.
 
-    The numbers are −1 for a face whose list is empty. The last is the number of the picture of each triangle.
+    With texture coordinates of corners also their numbers (m, 3), −1 for a face whose list is empty, and the
+    coordinates (t, 2). The last is the number of the picture of each triangle.
     """
     lists = content.lists.get("face", {})
     corners = next((lists[name] for name in CORNERS if name in lists), None)
@@ -165,9 +185,10 @@ def _faces(path: Path, content: PlyData) -> tuple[Ints, Ints | None, Floats | No
 
 
 def _range_grid(path: Path, content: PlyData) -> Ints:
-    """Triangles (m, 3) of a file that is a grid of samples, as the Stanford scanning repository writes it.
+    """Return the triangles (m, 3) of a file that is a grid of samples.
 
-    Each cell has the list of its sample, empty where nothing was measured; `obj_info` has the size of the grid.
+    As the Stanford scanning repository writes it. Each cell has the list of its sample, empty where nothing was
+    measured; `obj_info` has the size of the grid.
     """
     cells = content.lists.get("range_grid", {}).get("vertex_indices")
     if cells is None:
@@ -187,7 +208,7 @@ def _range_grid(path: Path, content: PlyData) -> Ints:
 
 
 def _note(content: PlyData, name: bytes) -> int:
-    """The number behind a name in the obj_info lines, 0 where there is none."""
+    """Return the number behind a name in the obj_info lines, or 0."""
     numbers = [words[1] for note in content.header.notes if len(words := note.split()) == 2 and words[0] == name]
     return int(numbers[0]) if numbers and numbers[0].isdigit() and len(numbers[0]) < 10 else 0
 

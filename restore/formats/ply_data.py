@@ -1,4 +1,6 @@
-"""Parser of Stanford polygon files, text and binary; time and memory are linear in the size of the file.
+"""Parser of Stanford polygon files, text and binary.
+
+Time and memory are linear in the size of the file.
 
 G. Turk, "The PLY Polygon File Format", 1994. A file is a header that lists elements with their properties, and the
 records of each element one after the other. A property is a number or a list that begins with its length.
@@ -34,7 +36,10 @@ _END = re.compile(rb"\nend_header[ \t]*\r?\n")
 
 @dataclass(frozen=True)
 class Property:
-    """A property of an element: NumPy type of its numbers, and for a list that of its length."""
+    """Property of an element.
+
+    The NumPy type of its numbers, and for a list that of its length.
+    """
 
     name: str
     kind: str
@@ -43,7 +48,10 @@ class Property:
 
 @dataclass(frozen=True)
 class Element:
-    """An element of the header: number of records, and properties in the order of the file."""
+    """Element of the header.
+
+    Its number of records, and its properties in the order of the file.
+    """
 
     name: str
     count: int
@@ -52,7 +60,10 @@ class Element:
 
 @dataclass(frozen=True)
 class Header:
-    """The header of a file: the NumPy byte order (empty for text), the elements, the comments, the obj_info lines."""
+    """Header of a file.
+
+    The NumPy byte order (empty for text), the elements, the comments, the obj_info lines.
+    """
 
     order: str
     elements: tuple[Element, ...]
@@ -62,7 +73,10 @@ class Header:
 
 @dataclass(frozen=True, eq=False)
 class Lists:
-    """A list of every record: all numbers (c,), where each list starts in them (n,), how many it has (n,)."""
+    """A list of every record.
+
+    All numbers (c,), where each list starts in them (n,), how many it has (n,).
+    """
 
     values: NDArray[Any]
     starts: Numbers
@@ -83,7 +97,10 @@ class PlyData:
 
 
 def parse_ply(path: Path, data: bytes) -> PlyData:
-    """Parse a file. Raises BadInput, also when it is shorter or longer than its header promises."""
+    """Parse a file.
+
+    Raises BadInput, also when it is shorter or longer than its header promises.
+    """
     data = without_mark(data)
     header, body = _parse_header(path, data)
     promised = sum(element.count for element in header.elements)
@@ -155,7 +172,10 @@ def _as_text(element: Element) -> Element:
 def _element(
     path: Path, content: NDArray[np.uint8], at: int, element: Element, promised: int
 ) -> tuple[dict[str, NDArray[Any]], dict[str, Lists], int]:
-    """The columns, or the lists, of an element that begins at an offset, and where it ends."""
+    """Return the columns, or the lists, of an element, and its end.
+
+    The element begins at the offset `at`.
+    """
     least = sum(np.dtype(p.length_kind or p.kind).itemsize for p in element.properties)
     if element.count * least > len(content) - at:
         raise _cut(path, promised)
@@ -196,7 +216,10 @@ def _lists(
 def _between_lists(
     content: NDArray[np.uint8], element: Element, starts: Numbers, counts: Numbers
 ) -> dict[str, NDArray[Any]]:
-    """The numbers (n,) of an element that stand before, between and behind its lists, which begin at starts (l, n)."""
+    """Return the numbers (n,) of an element outside its lists.
+
+    They stand before, between and behind the lists, which begin at starts (l, n).
+    """
     sizes = [np.dtype(p.kind).itemsize for p in element.properties]
     first = next(k for k, p in enumerate(element.properties) if p.length_kind)
     before = sum(sizes[:first]) + np.dtype(element.properties[first].length_kind).itemsize

@@ -14,10 +14,11 @@ from restore.scan import Ints
 def find_lists(
     content: NDArray[np.uint8], at: int, lengths: Ints, sizes: Ints, big: bool, starts: Numbers, counts: Numbers
 ) -> int:
-    """Fill the offset and the length of each list, (lists, records). Returns where the last ends, −1 beyond the end.
+    """Fill the offset and the length of each list, (lists, records).
 
     A record has one number or list after the other, and the first begins at the offset `at`.
-    lengths, sizes  bytes of the length of a list (0 for a number, 8 for a float64) and of its numbers, by property.
+    lengths, sizes: bytes of the length of a list (0 for a number, 8 for a float64) and of its numbers, by property.
+    Returns where the last ends, −1 beyond the end.
     """
     for record in range(starts.shape[1]):
         k = 0
@@ -40,7 +41,10 @@ def find_lists(
 
 @numba.njit(cache=True)
 def _length(content: NDArray[np.uint8], at: int, width: int, big: bool) -> int:
-    """The length of a list at an offset; −1 for one that is no whole number. Signed ones are read as unsigned."""
+    """Return the length of a list at an offset.
+
+    −1 for one that is not a whole number. Signed ones are read as unsigned.
+    """
     if width == 8:
         number = content[at : at + 8].view(np.float64)[0]
         return int(number) if 0 <= number < 2**31 and number == np.floor(number) else -1
@@ -52,9 +56,10 @@ def _length(content: NDArray[np.uint8], at: int, width: int, big: bool) -> int:
 
 @numba.njit(cache=True)
 def gather(content: NDArray[np.uint8], starts: Numbers, counts: Numbers, width: int, values: NDArray[np.uint8]) -> None:
-    """Copy the numbers of lists, one behind the other: (c,) bytes for lists that start at (n,) and have (n,) numbers.
+    """Copy the numbers of lists, one behind the other, to bytes (c,).
 
-    width  bytes of a number.
+    starts, counts: (n,), of the lists.
+    width: bytes of a number.
     """
     at = 0
     for record in range(len(starts)):

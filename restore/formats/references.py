@@ -1,4 +1,7 @@
-"""Which files a scan refers to: its material files and its picture. They are originals like the scan itself."""
+"""Files that a scan refers to: its material files and its picture.
+
+They are originals like the scan itself.
+"""
 
 from __future__ import annotations
 
@@ -23,13 +26,13 @@ _REFERENCES = {
 
 @checks_types
 def referenced_files(path: Path) -> list[Path]:
-    """The files that a scan file refers to, and those that these refer to, as far as they are there.
+    """Return the files that a scan file refers to, directly or not.
 
-    Raises BadInput when one of them cannot be read.
+    As far as they exist. Raises BadInput when one of them cannot be read.
     """
     known = [path.resolve()]
     for file in known:  # grows on the way
-        for base in (file, path):  # a material file's picture lies beside it, or beside the mesh
+        for base in (file, path):  # a material file's picture lies next to it, or next to the mesh
             for other in _referred_by(file, base):
                 if other not in known:
                     known.append(other)
@@ -37,7 +40,10 @@ def referenced_files(path: Path) -> list[Path]:
 
 
 def _referred_by(path: Path, base: Path) -> Iterator[Path]:
-    """The files that one refers to by names that are looked for beside another."""
+    """Yield the files that one refers to by name.
+
+    The names are looked for in the folder of `base`.
+    """
     pattern = _REFERENCES.get(path.suffix.lower())
     for match in pattern.finditer(with_newlines(without_mark(read_bytes(path)))) if pattern and is_file(path) else ():
         try:
@@ -45,5 +51,5 @@ def _referred_by(path: Path, base: Path) -> Iterator[Path]:
             several = name.split()
             files = [find_reference(base, name), *(find_reference(base, one) for one in several if len(several) > 1)]
         except BadInput:
-            continue  # the reader tells what is wrong with it
+            continue  # the reader reports what is wrong with it
         yield from (file.resolve() for file in files if file is not None)

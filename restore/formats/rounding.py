@@ -1,7 +1,8 @@
-"""Places that a program wrote apart by its rounding: the seams between parts, the corners of loose triangles.
+"""Places that a program wrote apart by its rounding.
 
-Only vertices on the border are moved: to the mean of those that belong to one place. They stay vertices of their own,
-as each may have texture coordinates of its own; what joins vertices of one place does the rest.
+They are the seams between parts, and the corners of loose triangles. Only vertices on the border are moved: to the mean
+of those that belong to one place. They stay separate vertices, because each may have its own texture coordinates;
+merging vertices of one place does the rest.
 """
 
 from __future__ import annotations
@@ -20,19 +21,20 @@ from restore.scan import Floats, SurfaceMesh, with_findings
 
 SINGLE = 1e-6  # of the largest coordinate: single precision and what is computed in it, ten of its last places
 OF_MEAN_EDGE = 1e-3  # no program means two places that are nearer to each other
-MOST_DECIMALS = 6
+MAX_DECIMALS = 6
 SHORTER = 0.05  # of the edges are shorter than the one that limits what is rounding
-MOST_OF_EDGE = 0.1  # of that edge: farther apart, two vertices may be two places
-GAP = 2.0  # no distance lies between the largest that is rounding and so many times it
-SAMPLE = 20_000  # vertices that tell how many lie near each other
-CROWDED = 64  # vertices near one: what has more is a cloud of triangles, where nothing tells which belong together
+MAX_OF_EDGE = 0.1  # of that edge: farther apart, two vertices may be two places
+GAP = 2.0  # no distance lies between the largest that is rounding and this multiple of it
+SAMPLE = 20_000  # vertices that suffice to count those near each other
+CROWDED = 64  # vertices near one: a mesh with more is a cloud of triangles, which cannot be assigned
 
 
 def joined_by_rounding(mesh: SurfaceMesh) -> SurfaceMesh:
-    """The mesh with one position for border vertices that only rounding has set apart, with a finding; or itself.
+    """Return the mesh with one position for vertices set apart by rounding.
 
-    How far that may be follows from the numbers of the file. What lies farther apart is joined, too, where a gap in the
-    distances between vertices tells it from the edges, as in parts that were fitted to each other.
+    Only border vertices are moved; a finding counts them. How far apart they may be follows from the numbers of the
+    file. Vertices farther apart are joined, too, where a gap in the distances between vertices distinguishes them from
+    the edges, as in parts that were fitted to each other. Without such vertices the mesh itself is returned.
     """
     place = first_at_place(mesh.vertices)
     border = Topology(place[mesh.faces]).border
@@ -40,7 +42,7 @@ def joined_by_rounding(mesh: SurfaceMesh) -> SurfaceMesh:
     lengths = lengths[lengths > 0.0]
     if not len(border) or not len(lengths):
         return mesh
-    points, most = mesh.vertices[border], MOST_OF_EDGE * float(np.quantile(lengths, SHORTER))
+    points, most = mesh.vertices[border], MAX_OF_EDGE * float(np.quantile(lengths, SHORTER))
     least = min(_rounding(mesh.vertices, float(lengths.mean())), most)
     tree = cKDTree(points)
     if most <= 0.0 or _crowded(tree, points, GAP * most):
@@ -62,19 +64,26 @@ def joined_by_rounding(mesh: SurfaceMesh) -> SurfaceMesh:
 
 
 def _edge_lengths(mesh: SurfaceMesh) -> Floats:
-    """(3·m,) mm, of the sides of all faces."""
+    """Return the lengths (3·m,) mm of the sides of all faces."""
     corners = mesh.vertices[mesh.faces]
     return np.asarray(np.sqrt(((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2)).ravel())
 
 
 def _rounding(vertices: Floats, edge: float) -> float:
-    """How far apart, mm, the numbers of a file may set one place, for vertices (n, 3) and a mean edge."""
+    """Return how far apart the numbers of a file may set one place, mm.
+
+    vertices: (n, 3).
+    edge: mean length.
+    """
     return max(SINGLE * float(np.abs(vertices).max()), _last_decimal(vertices) * sqrt(3.0), OF_MEAN_EDGE * edge)
 
 
 def _last_decimal(vertices: Floats) -> float:
-    """The last decimal, mm, that all coordinates (n, 3) are written with; 0 where they have more than a few."""
-    for decimals in range(MOST_DECIMALS):
+    """Return the last decimal of all coordinates (n, 3), mm.
+
+    0 where they have more than a few.
+    """
+    for decimals in range(MAX_DECIMALS):
         scaled = vertices * 10.0**decimals
         if (np.abs(scaled - np.rint(scaled)) < SINGLE).all():
             return float(10.0**-decimals)
@@ -88,7 +97,11 @@ def _crowded(tree: cKDTree, points: Floats, reach: float) -> bool:
 
 
 def _reach(apart: Floats, least: float, most: float) -> float:
-    """The largest distance that is rounding: `least`, or the one at a gap in the ascending distances apart (k,)."""
+    """Return the largest distance that is rounding.
+
+    `least`, or the one at a gap in the distances.
+    apart: (k,), ascending.
+    """
     reach = least
     while reach <= most:
         beyond = int(np.searchsorted(apart, GAP * reach, side="right"))

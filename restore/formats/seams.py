@@ -1,7 +1,8 @@
-"""A picture in one piece for a mesh whose texture is an atlas of charts, as photogrammetry and mesh editors write it.
+"""One picture for a mesh whose texture is an atlas of charts.
 
-At the seams between charts a place has several vertices, one for each chart. Left so, the sheet would fall apart into
-the charts. It is laid out once by angles, over the places, and the charts are painted there side by side.
+Photogrammetry and mesh editors write atlases. At the seams between charts a place has several vertices, one for each
+chart. Left so, the sheet would fall apart into the charts. It is flattened once by angles, over the places, and the
+charts are drawn there next to each other.
 """
 
 from __future__ import annotations
@@ -26,9 +27,10 @@ OVERSAMPLING = 1.5  # of the charts, so that to paint them twice does not blur t
 
 
 def without_seams(mesh: SurfaceMesh) -> SurfaceMesh:
-    """The mesh with one vertex for each place and a picture without seams; unchanged where it has none.
+    """Return the mesh with a vertex for each place and a seamless picture.
 
-    Unchanged, too, where its places do not make a sheet that can be laid out: a tube is cut open at a seam.
+    Unchanged where it has none, or where its places do not make a sheet that can be flattened: a tube is cut open at a
+    seam.
     """
     if mesh.texture is None or mesh.texcoords is None:
         return mesh
@@ -56,9 +58,10 @@ def without_seams(mesh: SurfaceMesh) -> SurfaceMesh:
 
 
 def _padded(mesh: SurfaceMesh, charts: Ints) -> Bytes:
-    """The atlas with the colours of its charts (m, 3) carried on into what lies between them, which may be black.
+    """Extend the colours of an atlas beyond its charts (m, 3).
 
-    Its own padding counts for a pixel round each chart, as the cubic kernel reads it.
+    The area between them may be black. Its own padding counts for a pixel round each chart, as the cubic kernel reads
+    it.
     """
     assert mesh.texture is not None and mesh.texcoords is not None
     covered = rasterise(mesh.texcoords, charts, np.zeros((len(mesh.texcoords), 1)), *mesh.texture.shape[:2])

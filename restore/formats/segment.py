@@ -20,7 +20,10 @@ SMALLER = "export the segment with fewer points, or a part of it"
 
 
 def check_segment(path: Path, rows: int, cols: int) -> None:
-    """Raise BadInput for a grid of less than two rows or columns, or of more points than MAX_SEGMENT_POINTS."""
+    """Raise BadInput for a grid of a size that no segment has.
+
+    Less than two rows or columns, or more points than MAX_SEGMENT_POINTS.
+    """
     if rows < 2 or cols < 2:
         raise BadInput(f"{path}: a grid of {rows} rows and {cols} columns is not a surface", "export the whole segment")
     if rows * cols > MAX_SEGMENT_POINTS:
@@ -30,10 +33,14 @@ def check_segment(path: Path, rows: int, cols: int) -> None:
 def segment_mesh(
     path: Path, points: Floats, valid: Mask, texture: Bytes | None, voxel_um: float | None = None
 ) -> GridMesh:
-    """The mesh, in voxels, of the valid points (rows, cols) of a grid of points (rows, cols, 3), without lone ones.
+    """Return the mesh of the valid points of a grid, in voxels.
 
-    texture is a picture (h, w, 3) of the whole grid; voxel_um the edge of a voxel, where the file names it. Raises
-    BadInput for a grid without a cell of three valid points.
+    Without lone ones.
+    points: (rows, cols, 3).
+    valid: (rows, cols).
+    texture: (h, w, 3), of the whole grid.
+    voxel_um: the edge of a voxel, where the file names it.
+    Raises BadInput for a grid without a cell of three valid points.
     """
     valid = valid & np.isfinite(points).all(axis=2)
     rows, cols = valid.shape

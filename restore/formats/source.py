@@ -1,4 +1,7 @@
-"""Reading of files within limits. Every fault of a file raises BadInput that names it."""
+"""Reads files within limits.
+
+Every fault of a file raises BadInput that names it.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ MAX_SAMPLES = 2**21
 
 
 def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:
-    """Read a whole regular file. Raises BadInput when it is missing, unreadable, empty or larger than `limit` bytes."""
+    """Read a whole regular file.
+
+    Raises BadInput when it is missing, unreadable, empty or larger than `limit` bytes.
+    """
     try:
         data = read_regular(path, limit)
     except FileNotFoundError as error:
@@ -84,7 +90,10 @@ def is_folder(path: Path) -> bool:
 
 @checks_types
 def scan_stem(path: Path | str) -> str:
-    """The name of a scan without its folder and extension; `.abs.gz` is one extension, a folder has none."""
+    """Return the name of a scan without its folder and extension.
+
+    `.abs.gz` is one extension, a folder has none.
+    """
     path = Path(path)
     if is_folder(path):
         return path.resolve().name
@@ -92,9 +101,10 @@ def scan_stem(path: Path | str) -> str:
 
 
 def resolve_reference(path: Path, name: str) -> Path:
-    """The file that `path` refers to by `name`: only files inside the scan's own folder are ever opened.
+    """Return the file that `path` refers to by `name`.
 
-    Raises BadInput for absolute names and names that leave the folder, by `..` or by a link.
+    Only files inside the scan's own folder are ever opened. Raises BadInput for absolute names and names that leave the
+    folder, by `..` or by a link.
     """
     if len(name) > MAX_NAME:
         raise BadInput(f"{path} refers to a file by a name of {len(name)} characters", MISSING)
@@ -111,11 +121,11 @@ def resolve_reference(path: Path, name: str) -> Path:
 
 
 def find_reference(path: Path, name: str) -> Path | None:
-    """The file that `path` refers to by `name`, None where there is none.
+    """Find the file that `path` refers to by `name`.
 
     A name may differ from the file's in case or in how its letters are composed. One of another computer's folder, or
-    of one outside, is looked for beside the scan: only files inside its own folder are ever opened.
-    Raises BadInput for one outside that is not there either.
+    of one outside, is looked for next to the scan: only files inside its own folder are ever opened.
+    Returns None when it does not exist. Raises BadInput for one outside that does not exist there either.
     """
     try:
         file = resolve_reference(path, name)
@@ -154,7 +164,10 @@ def _alike(folder: Path, name: str) -> Path | None:
 
 
 def parse_numbers(text: bytes, path: Path, what: str) -> Floats:
-    """Parse numbers (n,) between white space. Raises BadInput naming the first word that is no number."""
+    """Parse numbers (n,) between white space.
+
+    Raises BadInput naming the first word that is not a number.
+    """
     text = text.strip()
     if not text:
         return np.empty(0)

@@ -23,15 +23,17 @@ _VERTEX = np.frombuffer(VERTEX, np.uint8)
 _NAMED = re.compile(rb"^([ \t]*(?:end[ \t]*)?solid)\b.*$", re.MULTILINE)  # a name may hold any word
 _END = re.compile(rb"end[ \t]*solid")
 _TEXT = re.compile(rb"solid[^\n]*(\n[ -~\s]*)?")  # its name may have any letters; numbers have other bytes than these
-TEXT_BYTES = 1024  # tell text from numbers
+TEXT_BYTES = 1024  # enough to distinguish text from numbers
 NEWLINE, BLANK = 10, 32
 
 
 def read_stl(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read the triangles and join corners at the same place to one vertex; `texture` (h, w, 3). Raises BadInput.
+    """Read the triangles and join corners at the same place.
 
-    There is a finding for a number of triangles in the header that is not that of the file, and for what stands behind
-    them.
+    They become one vertex. A finding reports a number of triangles in the header that is not that of the file, and data
+    behind them.
+    texture: (h, w, 3).
+    Raises BadInput.
     """
     data = read_bytes(path)
     corners, found = _text_corners(path, data) if _is_text(data) else _binary_corners(path, data)
@@ -74,7 +76,10 @@ def _count(path: Path, data: bytes) -> tuple[int, list[Finding]]:
 
 
 def _text_corners(path: Path, data: bytes) -> tuple[Floats, list[Finding]]:
-    """The corners (3m, 3) of a text file, the numbers behind each word `vertex`, and findings."""
+    """Return the corners (3m, 3) of a text file, and findings.
+
+    They are the numbers behind each word `vertex`.
+    """
     lower = _NAMED.sub(rb"\1", with_newlines(without_mark(data)).lower())
     ends = [end.start() for end in _END.finditer(lower)]
     if not ends or ends[-1] < lower.rfind(VERTEX):
@@ -93,7 +98,10 @@ def _text_corners(path: Path, data: bytes) -> tuple[Floats, list[Finding]]:
 
 @numba.njit(cache=True)
 def _vertex_numbers(text: NDArray[np.uint8], numbers: NDArray[np.uint8]) -> int:
-    """Copy what follows each word `vertex` on its line, with a blank behind it. Returns how many bytes that are."""
+    """Copy the rest of the line of each word `vertex`, with a blank.
+
+    Returns the number of bytes.
+    """
     used, at = 0, 0
     while at + len(_VERTEX) <= len(text):
         k = 0
@@ -112,7 +120,10 @@ def _vertex_numbers(text: NDArray[np.uint8], numbers: NDArray[np.uint8]) -> int:
 
 
 def _join(corners: Floats) -> tuple[Floats, NDArray[np.int64]]:
-    """The distinct positions (n, 3) mm of corners (c, 3), and the number of each corner among them (c,)."""
+    """Return the distinct positions (n, 3) mm of corners (c, 3).
+
+    Returns also the number of each corner among them (c,).
+    """
     order = np.lexsort(corners.T)
     new = np.empty(len(order), bool)
     new[:1] = True

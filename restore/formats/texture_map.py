@@ -1,4 +1,7 @@
-"""Which way the texture coordinates of a mesh run: turned over where its charts meet so, and noted where mirrored."""
+"""Orientation of the texture coordinates of a mesh.
+
+They are flipped where its charts meet so, and noted where mirrored.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from restore.numerics.limits import TINY
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh, with_findings
 
 INSETS_PX = (0.0, 1.0, 2.0)  # from the border of a chart: some atlases pad it, others leave half a pixel of it
-MIN_SEAM = 30  # pairs of vertices across seams that tell anything
+MIN_SEAM = 30  # pairs of vertices across seams for a decision
 ALIKE = 0.5  # of the difference of any two colours there, those that meet lack at least as much
 BETTER = 0.5  # of the difference before may be left
 SHIFTS = 8  # of one side along the other, by which chance is estimated
@@ -26,9 +29,10 @@ AXES = {1: "v of the texture coordinates runs down the image", 0: "u of the text
 
 
 def with_oriented_map(mesh: SurfaceMesh) -> SurfaceMesh:
-    """A textured mesh with its texture coordinates turned over where the charts of an atlas do not meet otherwise.
+    """Return a mesh with its texture coordinates flipped if needed.
 
-    Its provenance notes a map that is mirrored to the faces, "mirrored".
+    That is where the charts of an atlas do not meet otherwise. The provenance of the mesh notes a map that is mirrored
+    to the faces, "mirrored".
     """
     if mesh.texture is None or mesh.texcoords is None:
         return mesh
@@ -48,7 +52,10 @@ def _turned_over(texcoords: Floats, texture: Bytes, axis: int) -> Floats:
 
 
 def _axis_to_turn(mesh: SurfaceMesh, texture: Bytes, texcoords: Floats) -> int | None:
-    """The axis along which the coordinates (n, 2) have to be turned over, if that makes charts meet; None otherwise."""
+    """Return the axis along which flipping makes charts meet, or None.
+
+    texcoords: (n, 2).
+    """
     place = first_at_place(mesh.vertices)
     apart = (np.abs(texcoords - texcoords[place]) >= SAME_PIXELS).any(axis=1)
     if apart.sum() < MIN_SEAM:
@@ -101,9 +108,12 @@ def _seams(picture: Bytes, inner: Sequence[Floats], one: Ints, other: Ints) -> _
 
 
 def _moved_inside(faces: Ints, texcoords: Floats, chosen: Mask, inset: float) -> Floats:
-    """Texture coordinates (n, 2), the chosen (n,) moved into their charts, towards the middle of their faces (m, 3).
+    """Move chosen texture coordinates into their charts.
 
-    inset: pixels, at most half of the way.
+    Towards the centre of their faces (m, 3).
+    texcoords: (n, 2).
+    chosen: (n,).
+    inset: pixels, at most half of the distance.
     """
     middles, count = np.zeros_like(texcoords), np.zeros(len(texcoords))
     of_faces = texcoords[faces].mean(axis=1)

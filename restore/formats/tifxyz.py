@@ -1,7 +1,9 @@
-"""`tifxyz` folders: segments of CT volumes as Volume Cartographer keeps them, in voxels.
+"""`tifxyz` folders: segments of CT volumes, in voxels.
+
+Volume Cartographer keeps them so.
 
 x.tif, y.tif, z.tif  one coordinate each, pictures of one channel and of one size: a pixel for each point of the grid.
-meta.json            format "tifxyz"; area_vx2 and area_cm2, where both are there, tell the size of a voxel.
+meta.json            format "tifxyz"; area_vx2 and area_cm2, where both are there, give the size of a voxel.
 mask.tif             optional, of the same size or an integer multiple: a point below 255 anywhere is invalid.
 A point with z ≤ 0 is invalid, mostly written as (−1, −1, −1).
 """
@@ -27,14 +29,17 @@ from restore.scan import Bytes, Floats, Mask
 
 META, MASK, AXES = "meta.json", "mask.tif", ("x.tif", "y.tif", "z.tif")
 FORMAT = "tifxyz"
-MAX_META_BYTES = 2**20  # a page of settings; some list the segments that lie beside
+MAX_META_BYTES = 2**20  # a page of settings; some list the neighbouring segments
 NUMBER_MODES = ("F", "I", "I;16", "I;16B", "L")  # Pillow's names: single precision, 32, 16 and 8 bits
 VALID = 255
 UM_PER_CM = 1e4
 
 
 class Meta(BaseModel):
-    """The fields of meta.json that are read: the areas in voxels and in cm² that the segment had when it was made."""
+    """Fields of meta.json that are read.
+
+    The areas in voxels and in cm² that the segment had when it was made.
+    """
 
     format: str = FORMAT
     area_vx2: float | None = None
@@ -42,7 +47,7 @@ class Meta(BaseModel):
 
     @property
     def voxel_um(self) -> float | None:
-        """The edge of a voxel, or None where the areas do not tell it."""
+        """Return the edge of a voxel, None where the areas do not give it."""
         if not (self.area_vx2 and self.area_cm2 and self.area_vx2 > 0 and self.area_cm2 > 0):
             return None
         edge = UM_PER_CM * math.sqrt(self.area_cm2) / math.sqrt(self.area_vx2)
@@ -55,7 +60,11 @@ def is_tifxyz(folder: Path) -> bool:
 
 
 def read_tifxyz(folder: Path, texture: Bytes | None = None) -> GridMesh:
-    """Read a segment, in voxels, with its texture (h, w, 3), a picture of the whole grid. Raises BadInput."""
+    """Read a segment, in voxels.
+
+    texture: (h, w, 3), a picture of the whole grid.
+    Raises BadInput.
+    """
     meta = _meta(folder / META)
     axes = [_numbers(folder / name) for name in AXES]
     if len({axis.shape for axis in axes}) > 1:
@@ -79,7 +88,7 @@ def _meta(path: Path) -> Meta:
 
 
 def _numbers(path: Path) -> Floats:
-    """(rows, cols) the numbers of a picture of one channel."""
+    """Return the numbers (rows, cols) of a picture of one channel."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of odd tags; unreadable pixels are an error all the same
         try:
@@ -95,7 +104,10 @@ def _numbers(path: Path) -> Floats:
 
 
 def _kept(path: Path, shape: tuple[int, ...]) -> Mask:
-    """(rows, cols) True where all pixels of a mask over a point are VALID; everywhere for a mask of another grid."""
+    """Return the points (rows, cols) that a mask keeps.
+
+    All its pixels over a point are VALID; everywhere True for a mask of another grid.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:

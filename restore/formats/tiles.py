@@ -1,6 +1,7 @@
-"""Texture coordinates in other tiles of the plane than the picture's own, 0…1: the picture repeats there.
+"""Texture coordinates in other tiles than the picture's own, 0…1.
 
-UDIM numbers the tiles from 1001, some exporters negate v, and glTF's sampler repeats the picture by default.
+The picture repeats there. UDIM numbers the tiles from 1001, some exporters negate v, and glTF's sampler repeats the
+picture by default.
 """
 
 from __future__ import annotations
@@ -16,13 +17,16 @@ from restore.scan import Floats, Ints
 
 # Of the picture, in another tile: rounding and the padding round a chart leave it by less.
 BORDER = 0.1
-MOST_PAST = 1.0  # of the picture: a photograph is cast on a surface that is larger than what it shows
+MAX_PAST = 1.0  # of the picture: a photograph is cast on a surface that is larger than what it shows
 
 
 def in_first_tile(path: Path, uv: Floats, faces: Ints) -> Floats:
-    """The texture coordinates (n, 2), every chart of faces (m, 3) moved by whole numbers from its tile to 0…1.
+    """Move every chart of the texture coordinates from its tile to 0…1.
 
-    A chart is a connected piece. What reaches past the picture itself stays, and shows its border, up to MOST_PAST.
+    By whole numbers. A chart is a connected piece of faces. What reaches past the picture itself stays, and shows its
+    border, up to MAX_PAST.
+    uv: (n, 2).
+    faces: (m, 3).
     Raises BadInput for a chart of another tile that reaches past that, and one that reaches farther.
     """
     if _beyond(uv) <= BORDER:
@@ -33,7 +37,7 @@ def in_first_tile(path: Path, uv: Floats, faces: Ints) -> Floats:
     np.maximum.at(most, chart, uv)
     tiles = np.floor((least + most) / 2.0)
     moved: Floats = uv - tiles[chart]
-    past = np.maximum(-moved, moved - 1.0).max(axis=1) - np.where((tiles == 0.0).all(axis=1), MOST_PAST, BORDER)[chart]
+    past = np.maximum(-moved, moved - 1.0).max(axis=1) - np.where((tiles == 0.0).all(axis=1), MAX_PAST, BORDER)[chart]
     if past.max() > 0.0:
         worst = chart[np.argmax(past)]
         (u0, v0), (u1, v1) = least[worst], most[worst]

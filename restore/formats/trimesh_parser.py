@@ -30,10 +30,11 @@ NUMPY_PARSE_ERROR = "string or file could not be read to its end"  # NumPy's mes
 
 @dataclass(frozen=True, eq=False)
 class MeshArrays:
-    """One mesh as trimesh gives it, its values not checked yet: (n, 3), (m, 3), (n, 2) or None, (n, 3) or None.
+    """One mesh as trimesh gives it, its values not checked yet.
 
-    bare  (m,) True for the faces of parts without texture coordinates, whose uv are 0.
-    materials  (n,) the number that is the name of each vertex's material, −1 where that is none.
+    Vertices (n, 3), faces (m, 3), uv (n, 2) or None, colours (n, 3) or None.
+    bare: (m,), True for the faces of parts without texture coordinates, whose uv are 0.
+    materials: (n,), the number that is the name of each vertex's material, −1 for another name.
     """
 
     vertices: NDArray[np.float64]
@@ -55,14 +56,17 @@ class NoFileResolver:
 
 
 def parse_mesh(path: Path, data: bytes, kind: str, **options: Any) -> MeshArrays:
-    """Arrays of the mesh in the bytes of a file, all its parts transformed and concatenated. Raises BadInput."""
+    """Parse the mesh in the bytes of a file.
+
+    All its parts are transformed and concatenated. Raises BadInput.
+    """
     import trimesh
 
     if kind != "glb" and data.count(b"\n") > MAX_LINES:
         raise BadInput(f"{path} has more than {MAX_LINES} lines", ONE_SHOT)
     with _silence_trimesh(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        # NumPy before 2.3 only warns of text that is no number, and goes on with what came before it.
+        # NumPy before 2.3 only warns of text that is not a number, and goes on with what came before it.
         warnings.filterwarnings("error", message=NUMPY_PARSE_ERROR, category=DeprecationWarning)
         try:
             scene = trimesh.load_scene(
@@ -79,7 +83,10 @@ def parse_mesh(path: Path, data: bytes, kind: str, **options: Any) -> MeshArrays
 
 @contextmanager
 def _silence_trimesh() -> Iterator[None]:
-    """Disable trimesh's log, which prints tracebacks of errors that the caller receives anyway."""
+    """Disable trimesh's log inside the block.
+
+    It prints tracebacks of errors that the caller receives anyway.
+    """
     logger = logging.getLogger("trimesh")
     before, logger.disabled = logger.disabled, True
     try:
@@ -89,7 +96,10 @@ def _silence_trimesh() -> Iterator[None]:
 
 
 def _pieces(scene: Any, trimesh: Any) -> list[tuple[NDArray[np.float64], Any]]:
-    """The vertices, moved to where the file puts them, and the mesh, of each piece that has faces."""
+    """Return the vertices and the mesh of each piece that has faces.
+
+    The vertices are moved to where the file puts them.
+    """
     places = [scene.graph.get(node) for node in scene.graph.nodes_geometry]
     meshes = [(matrix, scene.geometry[name]) for matrix, name in places]
     meshes = [(matrix, mesh) for matrix, mesh in meshes if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
@@ -120,7 +130,10 @@ def _concatenate(path: Path, pieces: list[tuple[NDArray[np.float64], Any]]) -> M
 
 
 def _concatenate_uv(pieces: list[tuple[NDArray[np.float64], Any]]) -> NDArray[np.float64] | None:
-    """The texture coordinates of all pieces, 0 for those without; None when all are without."""
+    """Return the texture coordinates of all pieces, 0 for those without.
+
+    None when all are without.
+    """
     if not any(_has_uv(vertices, mesh) for vertices, mesh in pieces):
         return None
     return np.concatenate(
@@ -150,7 +163,10 @@ def _material(mesh: Any) -> int:
 
 
 def _colours(mesh: Any) -> Any:
-    """The colours (n, 3) of the vertices, also those beside a material; None without."""
+    """Return the colours (n, 3) of the vertices, None without.
+
+    Also those given next to a material.
+    """
     if mesh.visual.kind == "vertex":
         return np.asarray(mesh.visual.vertex_colors)[:, :3]
     colours = getattr(mesh.visual, "vertex_attributes", {}).get("color")

@@ -1,4 +1,7 @@
-"""Units of length of mesh files: most formats name none, and those of CT volumes count voxels."""
+"""Units of length of mesh files.
+
+Most formats name none, and those of CT volumes count voxels.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,10 @@ STANDARD = {".glb": "m", ".gltf": "m"}  # glTF 2.0, section 3.4 "Coordinate Syst
 
 @checks_types
 def check_unit(unit: str) -> None:
-    """Raise BadInput for a unit that is none of UNIT_MM, not AUTO, and no edge of a voxel such as 7.91um."""
+    """Raise BadInput for an unknown unit.
+
+    Known are UNIT_MM, AUTO, and an edge of a voxel such as 7.91um.
+    """
     if unit != AUTO and unit_mm(unit) is None:
         raise BadInput(
             f"{unit!r} is not a unit", f"use one of: {', '.join([*UNIT_MM, AUTO])}, or the edge of a voxel, as 7.91um"
@@ -34,7 +40,9 @@ def check_unit(unit: str) -> None:
 
 
 def unit_mm(unit: str) -> float | None:
-    """A unit in mm: one of UNIT_MM, or a number and one of EDGE_MM for the edge of a voxel; None for another text.
+    """Return a unit in mm, None for another text.
+
+    It is one of UNIT_MM, or a number and one of EDGE_MM for the edge of a voxel.
 
     >>> unit_mm("cm"), unit_mm("0.5mm"), unit_mm("ft")
     (10.0, 0.5, None)
@@ -49,12 +57,12 @@ def unit_mm(unit: str) -> float | None:
 
 
 def in_millimetres(path: Path, mesh: SurfaceMesh, unit: str = AUTO) -> SurfaceMesh:
-    """The mesh of a file in mm; its provenance names the unit where it was given or is that of the format.
+    """Return the mesh of a file in mm.
 
-    AUTO takes the unit of the format, for a segment the voxel that its file names, or else ASSUMED_VOXEL with a
-    finding. Many programs write millimetres into formats of metres: where a coordinate would lie beyond
-    MAX_COORDINATE_MM, they are read as such, with a finding. Raises BadInput for a given unit under which a coordinate
-    lies beyond that.
+    Its provenance names the unit where it was given or is that of the format. AUTO takes the unit of the format, for a
+    segment the voxel that its file names, or else ASSUMED_VOXEL with a finding. Many programs write millimetres into
+    formats of metres: where a coordinate would lie beyond MAX_COORDINATE_MM, they are read as such, with a finding.
+    Raises BadInput for a given unit under which a coordinate lies beyond that.
     """
     check_unit(unit)
     largest = float(np.abs(mesh.vertices).max(initial=0.0))
@@ -74,14 +82,20 @@ def in_millimetres(path: Path, mesh: SurfaceMesh, unit: str = AUTO) -> SurfaceMe
 
 
 def rescale_mesh(mesh: SurfaceMesh, factor: float) -> SurfaceMesh:
-    """The mesh larger by a factor that its true size gives; findings of a doubtful unit are settled by it."""
+    """Scale a mesh by a factor that its true size gives.
+
+    Findings of a doubtful unit are settled by it.
+    """
     findings = tuple(one for one in mesh.findings if one.code not in DOUBTFUL)
     provenance = {**mesh.provenance, "unit": UNSTATED, "unit_source": GIVEN}
     return replace(mesh, vertices=mesh.vertices * factor, provenance=provenance, findings=findings)
 
 
 def _own_unit(path: Path, mesh: SurfaceMesh, largest: float) -> tuple[str, str, list[Finding]]:
-    """The unit of a file whose largest coordinate is given, where it comes from, and findings."""
+    """Return the unit of a file, where it comes from, and findings.
+
+    largest: its largest coordinate.
+    """
     if isinstance(mesh, GridMesh):
         if voxel_um := mesh.provenance.get("voxel_um"):
             return f"{voxel_um:.9f}um", BY_FORMAT, []

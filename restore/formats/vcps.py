@@ -1,4 +1,6 @@
-"""`.vcps`: the ordered point sets of Volume Cartographer, segments of CT volumes in voxels.
+"""`.vcps`: ordered point sets of Volume Cartographer, in voxels.
+
+They are segments of CT volumes.
 
 A header of text, `key: value` on every line: width, height, dim (numbers of a point), ordered, type (float, double or
 int) and version; a line `<>` ends it. Then the points row by row, as little-endian binary numbers or as text. The first
@@ -32,8 +34,9 @@ _TEXT = re.compile(rb"[\s0-9eE+\-.nNaAiIfF]{1,256}")
 
 
 def read_vcps(path: Path, texture: Bytes | None = None) -> GridMesh:
-    """Read a segment, in voxels, with its texture (h, w, 3), else the picture beside it; of the whole grid.
+    """Read a segment, in voxels, with its texture of the whole grid.
 
+    texture: (h, w, 3), else the picture next to the file.
     Raises BadInput.
     """
     data = read_bytes(path, MAX_BYTES)

@@ -1,7 +1,8 @@
-"""A picture for a mesh whose vertices have colours and no place in one, as most scanners and photogrammetry write it.
+"""A picture for a mesh with vertex colours and no texture coordinates.
 
-The surface is laid out once and its colours are painted there, interpolated over the faces. What the picture resolves
-are the vertices, whatever its pixels: they are a little finer, so that to paint it on the page does not blur it.
+Most scanners and photogrammetry write those. The surface is flattened once and its colours are drawn there,
+interpolated over the faces. The vertices are what the picture resolves, whatever its pixels: they are a little finer,
+so that texturing the page from it does not blur it.
 """
 
 from __future__ import annotations
@@ -30,9 +31,10 @@ MAX_PIXELS = 16_000_000  # ten times the vertices of the largest range camera
 
 
 def with_picture(mesh: PaintedMesh, colours: Bytes) -> SurfaceMesh:
-    """The mesh with one vertex for each place, and a picture of the colours (n, 3) of its vertices.
+    """Return the mesh with a picture of its vertex colours.
 
-    The mesh without them, with a finding, where its surface cannot be laid out.
+    It has one vertex for each place. Where its surface cannot be flattened, the mesh without colours, with a finding.
+    colours: (n, 3).
     """
     bare = SurfaceMesh(mesh.vertices, mesh.faces, provenance=mesh.provenance, findings=mesh.findings)
     place = first_at_place(mesh.vertices)
@@ -47,13 +49,20 @@ def with_picture(mesh: PaintedMesh, colours: Bytes) -> SurfaceMesh:
 
 
 def _means(colours: Bytes, number: Ints, count: int) -> Floats:
-    """(count, 3) the mean colours of the vertices that have each number (n,)."""
+    """Return the mean colours (count, 3) of the vertices of each number.
+
+    number: (n,).
+    """
     share = 1.0 / np.maximum(np.bincount(number, minlength=count), 1)
     return np.stack([np.bincount(number, channel, count) * share for channel in colours.T], axis=1)
 
 
 def _painted(mesh: ValidMesh, source: SurfaceMesh, colours: Floats) -> SurfaceMesh:
-    """A mesh with a picture of the colours (n, 3) of its vertices, and the provenance and findings of its source."""
+    """Return a mesh with a picture of the colours of its vertices.
+
+    It has the provenance and findings of its source.
+    colours: (n, 3).
+    """
     flat = _laid_out(mesh)
     areas = np.abs(signed_areas(flat, mesh.faces))
     ppi = _picture_ppi(flat, areas)
@@ -69,19 +78,28 @@ def _painted(mesh: ValidMesh, source: SurfaceMesh, colours: Floats) -> SurfaceMe
 
 
 def _laid_out(mesh: ValidMesh) -> Floats:
-    """(n, 2) mm: the vertices as one view shows them, y up; by angles where none shows all, or few have to be laid."""
+    """Return the vertices (n, 2) mm as one view shows them, y up.
+
+    By angles where no view shows all, or few have to be flattened.
+    """
     if resample(mesh) is not None:
         return pose_on_table(mesh.vertices, mesh.faces).positions[:, :2]
     return flatten_points(mesh, "conformal").flat
 
 
 def _picture_ppi(flat: Floats, areas: Floats) -> float:
-    """Pixels per inch of a picture for vertices at flat (n, 2) mm, between faces of areas (m,) mm²."""
+    """Return the pixels per inch of a picture for vertices.
+
+    flat: (n, 2) mm, between faces of areas (m,) mm².
+    """
     densest = median_over_area(-_apart(areas), areas, share=DENSE)
     most = sqrt(MAX_PIXELS / float(np.prod(np.ptp(flat, axis=0))))
     return MM_PER_INCH * min(OVERSAMPLING / -densest, most)
 
 
 def _apart(areas: Floats) -> Floats:
-    """(m,) mm between the vertices round faces of areas (m,) mm²: there are two faces to a vertex."""
+    """Return the distance (m,) mm between the vertices round faces.
+
+    Their areas are (m,) mm²: there are two faces to a vertex.
+    """
     return np.sqrt(2.0 * areas)

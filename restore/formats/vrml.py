@@ -1,4 +1,6 @@
-"""`.wrl`: VRML 1.0 as the scanner's own software (VIVID-S, Polygon Editing Tool) writes it.
+"""`.wrl`: VRML 1.0 as the scanner's own software writes it.
+
+That is VIVID-S and the Polygon Editing Tool.
 
 Coordinates are millimetres in the scanner's frame; the transforms round them are for the viewer and are left out. The
 vertices come in raster order, the faces are quadrilaterals and triangles.
@@ -38,7 +40,11 @@ _FILE_NAME = re.compile(rb'\bfilename\s+"([^"]*)"')
 
 
 def read_vrml(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read the indexed face sets of a file; `texture` (h, w, 3) replaces the picture that it names. Raises BadInput."""
+    """Read the indexed face sets of a file.
+
+    texture: (h, w, 3), replaces the picture that it names.
+    Raises BadInput.
+    """
     data = read_bytes(path)
     if not data.startswith(HEADER):
         raise BadInput(f"{path} is not VRML 1.0 text", "export the scan as VRML 1.0, OBJ or PLY")
@@ -60,7 +66,10 @@ def read_vrml(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
 
 
 def write_vrml(scan: RangeScan, path: Path) -> None:
-    """Write the measured samples as the scanner's software does, with two decimals, and the picture beside as PNG."""
+    """Write the measured samples as the scanner's software does.
+
+    With two decimals, and the picture next to it as PNG.
+    """
     measured = scan.measured
     points = "".join(map("{:.2f} {:.2f} {:.2f},\n".format, *scan.points[measured].T))
     faces = "".join(", ".join(map(str, face)) + ", -1,\n" for part in grid_polygons(measured) for face in part.tolist())
@@ -83,9 +92,11 @@ def write_vrml(scan: RangeScan, path: Path) -> None:
 
 @dataclass
 class Pieces:
-    """Coordinates of a file, (n, 3) and (t, 2) each; triangles (m, 3) of each face set among all of them together.
+    """Coordinates of a file, (n, 3) and (t, 2) each, and its face sets.
 
-    colours (n, 3) of the vertices, None where they have none; materials are those (k, 3) of the next face set.
+    Triangles (m, 3) of each face set count among all of them together.
+    colours: (n, 3), of the vertices, None where they have none.
+    materials: (k, 3), of the next face set.
     """
 
     vertices: list[Floats] = field(default_factory=list)
@@ -106,7 +117,10 @@ def _without_comments(data: bytes) -> bytes:
 
 @numba.njit(cache=True)
 def _blank_comments(text: Bytes) -> None:
-    """Overwrite comments, which begin with # outside quotes and end with their line; so does a quote."""
+    """Overwrite comments with blanks.
+
+    They begin with # outside quotes and end with their line; so does a quote.
+    """
     quoted, comment = False, False
     for k in range(len(text)):
         if text[k] == NEWLINE or text[k] == RETURN:
@@ -145,7 +159,10 @@ def _face_sets(path: Path, text: bytes) -> Pieces:
 
 
 def _add_faces(path: Path, body: bytes, pieces: Pieces, first: int, first_uv: int) -> None:
-    """Add the triangles of one face set, whose vertices and texture coordinates begin at the numbers given."""
+    """Add the triangles of one face set.
+
+    Its vertices and texture coordinates begin at the numbers given.
+    """
     vertices, uv = (part[-1] if part else np.empty((0, 0)) for part in (pieces.vertices, pieces.uv))
     faces = _triangles(path, body, b"coordIndex", len(vertices))
     if len(uv):

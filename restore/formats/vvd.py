@@ -1,4 +1,4 @@
-"""`.vvd`: an element file of the scanner's own software, as far as its layout is known.
+"""`.vvd`: element file of the scanner's software, as far as known.
 
 All big-endian: 132 bytes beginning with "VIVID", of unknown meaning otherwise; int32 number of vertices; three float64
 each, mm; int32 number of faces; for each an int32 count, 3 or 4, and as many int32 vertex numbers. What follows (the
@@ -43,7 +43,10 @@ def read_vvd(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
 
 
 def write_vvd(scan: RangeScan, path: Path) -> None:
-    """Write the measured samples and the polygons between them, and the picture beside as PNG."""
+    """Write the measured samples and the polygons between them.
+
+    The picture is written next to the file as PNG.
+    """
     measured = scan.measured
     points, polygons = scan.points[measured], grid_polygons(measured)
     with path.open("wb") as file:
@@ -56,7 +59,10 @@ def write_vvd(scan: RangeScan, path: Path) -> None:
 
 
 def _count(path: Path, data: bytes, offset: int, item_bytes: int, what: str) -> tuple[int, int]:
-    """The count at `offset` and the offset behind it; the file must be long enough for so many items."""
+    """Return the count at `offset` and the offset behind it.
+
+    The file must be long enough for that many items.
+    """
     if offset + 4 > len(data):
         raise BadInput(f"{path} seems cut short: it ends before the number of its {what}", CUT_SHORT)
     count: int = struct.unpack_from(">i", data, offset)[0]

@@ -1,1 +1,1 @@
-"""Triangle meshes: validation, adjacency, orientation, measures, surface fits, lengths, decimation, rasterising."""
+"""Triangle meshes: checks, adjacency, measures, lengths, decimation."""

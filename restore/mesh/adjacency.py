@@ -1,4 +1,7 @@
-"""Adjacency of the elements of a mesh, by counting sort, in a tenth of the time of comparison sort."""
+"""Adjacency of the elements of a mesh, by counting sort.
+
+It takes a tenth of the time of a comparison sort.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,9 @@ class Adjacency(NamedTuple):
 
 
 class Sides(NamedTuple):
-    """The sides (half-edges) of faces (m, 3) and their edges. Side 3·f + k runs from corner k of face f to the next.
+    """Sides (half-edges) of faces (m, 3) and their edges.
+
+    Side 3·f + k runs from corner k of face f to the next.
 
     edges   (e, 2): each edge once, the smaller vertex first, in ascending order.
     at      (h,): the sides grouped by edge, in the order of the edges.
@@ -43,7 +48,10 @@ def adjacency(rows: Ints, items: Ints, count: int) -> Adjacency:
 
 @numba.njit(cache=True)
 def _group(rows: Ints, items: Ints, filled: Ints, grouped: Ints) -> None:
-    """Write items (k,) grouped by rows (k,), each row from its place in `filled` on, which is moved to its end."""
+    """Write items (k,) grouped by rows (k,).
+
+    Each row starts at its place in `filled`, which is moved to its end.
+    """
     for k in range(len(rows)):
         row = rows[k]
         grouped[filled[row]] = items[k]
@@ -61,7 +69,10 @@ def faces_around(faces: Ints, count: int) -> Adjacency:
 
 
 def order_of_pairs(first: Ints, second: Ints, count: int) -> Ints:
-    """(k,) indices that sort pairs of vertices, each less than `count`, in ascending order; the sort is stable."""
+    """Return the indices (k,) that sort pairs of vertices.
+
+    In ascending order, stable; each vertex is less than `count`.
+    """
     by_second = adjacency(second, np.arange(len(second)), count).items
     return adjacency(first.take(by_second), by_second, count).items
 
@@ -82,7 +93,10 @@ def sides_of(faces: Ints) -> Sides:
 
 
 def inner_vertices(sides: Sides, count: int) -> Mask:
-    """(count,) whether a vertex has edges, and all of them two faces."""
+    """Return whether each vertex has edges, and all of them two faces.
+
+    Returns (count,) bool.
+    """
     inner = np.zeros(count, bool)
     inner[sides.edges] = True
     inner[sides.edges[np.diff(sides.first) != 2]] = False
@@ -90,14 +104,17 @@ def inner_vertices(sides: Sides, count: int) -> Mask:
 
 
 def used_vertices(faces: Ints, count: int) -> Mask:
-    """(count,) True for the vertices that faces (m, 3) use."""
+    """Return which vertices faces (m, 3) use, (count,) bool."""
     used = np.zeros(count, bool)
     used[faces] = True
     return used
 
 
 def components(pairs: Ints, count: int) -> Ints:
-    """(count,) connected component of each of `count` nodes joined by pairs (k, 2), numbered by first node."""
+    """Return the connected component of each of `count` nodes.
+
+    pairs: (k, 2), of joined nodes. Returns (count,), numbered by first node.
+    """
     root = np.arange(count)
     _join(np.ascontiguousarray(pairs, np.int64), root)
     return root
@@ -105,7 +122,10 @@ def components(pairs: Ints, count: int) -> Ints:
 
 @numba.njit(cache=True)
 def _join(pairs: Ints, root: Ints) -> None:
-    """Write the component of each node, joined by pairs (k, 2), to root (n,), which holds its own number."""
+    """Write the component of each node to root (n,).
+
+    pairs: (k, 2), of joined nodes. root holds each node's own number at first.
+    """
     for k in range(len(pairs)):
         a, b = pairs[k, 0], pairs[k, 1]
         while root[a] != a:
@@ -128,5 +148,8 @@ def _join(pairs: Ints, root: Ints) -> None:
 
 
 def piece_of_faces(faces: Ints) -> Ints:
-    """(m,) the connected piece that each of the faces (m, 3) belongs to; those that share a vertex are of one."""
+    """Return the connected piece (m,) of each of the faces (m, 3).
+
+    Faces that have a vertex in common are of one piece.
+    """
     return components(np.concatenate([faces[:, :2], faces[:, 1:]]), int(faces.max(initial=-1)) + 1)[faces[:, 0]]

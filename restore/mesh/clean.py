@@ -26,8 +26,9 @@ MOSTLY = 0.5
 
 
 def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
-    """The mesh without debris, smoothed if it is raw, decimated to about `points` of its own vertices.
+    """Return the mesh without debris, decimated to about `points` vertices.
 
+    It is smoothed first if it is raw. The vertices left are its own.
     Raises NotEnoughSurface when only debris is left.
     """
     mesh = select(mesh, _large_pieces(mesh))
@@ -43,7 +44,10 @@ def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
 
 
 def weld(mesh: SurfaceMesh) -> SurfaceMesh:
-    """The mesh with coincident vertices of one texture pixel merged: many files repeat them for every triangle."""
+    """Merge coincident vertices of one texture pixel.
+
+    Many files repeat them for every triangle.
+    """
     place = first_at_place(mesh.vertices)
     first = place if mesh.texcoords is None else first_in_chart(place, mesh.texcoords)
     kept = first == np.arange(len(first))
@@ -62,9 +66,10 @@ def select(mesh: SurfaceMesh, faces: Ints) -> SurfaceMesh:
 
 
 def large_pieces(mesh: ValidMesh) -> list[Ints]:
-    """The numbers (k,) of the faces of every connected piece that is no debris, in the order of their first vertices.
+    """Return the face numbers (k,) of every connected piece but debris.
 
-    Raises NotEnoughSurface for more than MAX_PIECES of them: a surface in scraps, which nothing puts together.
+    In the order of their first vertices. Raises NotEnoughSurface for more than MAX_PIECES of them: a surface in
+    fragments that nothing puts together.
     """
     label = components(mesh.topology.edges, len(mesh.vertices))[mesh.faces[:, 0]]
     sizes = np.bincount(label)
@@ -79,9 +84,9 @@ def large_pieces(mesh: ValidMesh) -> list[Ints]:
 
 
 def without_debris(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
-    """The pieces of a mesh that are no debris, with a finding where that leaves out more than MAX_DEBRIS of its area.
+    """Return a mesh without debris, and a finding if that is much.
 
-    Raises NotEnoughSurface where it would leave out most.
+    Much is more than MAX_DEBRIS of its area. Raises NotEnoughSurface where debris is most of it.
     """
     large = large_pieces(mesh)
     kept = np.zeros(len(mesh.faces), bool)
@@ -100,7 +105,10 @@ def without_debris(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
 
 
 def _large_pieces(mesh: SurfaceMesh) -> Ints:
-    """The faces (m, 3) that are real triangles in pieces large enough to be part of a page."""
+    """Return the faces (m, 3) of pieces large enough for a page.
+
+    Faces are real triangles.
+    """
     a, b, c = (mesh.faces[:, k] for k in range(3))
     faces = mesh.faces[(a != b) & (b != c) & (c != a)]
     if len(faces) == 0:

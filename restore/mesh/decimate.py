@@ -1,4 +1,4 @@
-"""Decimate a dense mesh to about a requested number of points, more of them where the sheet bends."""
+"""Decimates a dense mesh, keeping more points where the sheet bends."""
 
 from __future__ import annotations
 
@@ -22,15 +22,17 @@ BOUNDARY_WEIGHT = 10.0
 MAX_ATTEMPTS = 6
 MAX_HOLE_EDGES = 100  # more than the border of a drop-out in a printed figure, less than that of the page
 SMOOTHING_STEPS = 5  # twenty would round creases
-ALONE = Lock()  # pymeshlab's filters share a state: two at a time damage the memory of the process
+ALONE = Lock()  # pymeshlab's filters have a common state: two at a time damage the memory of the process
 
 
 def decimate(vertices: Floats, faces: Ints, points: int, *, own_vertices: bool = False) -> tuple[Floats, Ints]:
-    """Collapse edges of vertices (n, 3) mm and faces (m, 3) by quadric error until about `points` vertices are left.
+    """Collapse edges by quadric error until about `points` are left.
 
     The border is free and vertices move to where the quadric is least (Garland & Heckbert 1997), on a crease to the
-    crease itself; with `own_vertices` the result is a subset of the vertices. A mesh of no more points
-    than requested is returned unchanged.
+    crease itself; with `own_vertices` the result is a subset of the vertices. A mesh of no more points than requested
+    is returned unchanged.
+    vertices: (n, 3) mm.
+    faces: (m, 3).
     Raises NotEnoughSurface when nothing is left, LibraryMissing when pymeshlab cannot be loaded.
     """
     if len(vertices) <= points * (1 + TOLERANCE):
@@ -69,7 +71,11 @@ def _collapse(vertices: Floats, faces: Ints, target: int, own_vertices: bool) ->
 
 
 def patch_and_smooth(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
-    """Close the small holes of a raw mesh (n, 3) mm, (m, 3), and smooth it without shrinking (Taubin 1995)."""
+    """Close the small holes of a raw mesh, and smooth it without shrinking.
+
+    vertices: (n, 3) mm.
+    faces: (m, 3). Source: Taubin 1995.
+    """
     with _loaded(vertices, faces) as (pymeshlab, meshes):
         # Closing selects the new faces, and filters after it would work on those alone.
         with suppress(pymeshlab.PyMeshLabException):  # a mesh that is not two-manifold keeps its holes

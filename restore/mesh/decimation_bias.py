@@ -1,9 +1,9 @@
-"""Vertices that decimation has put off the surface, and where on it they belong.
+"""Corrects vertices that decimation has moved off the surface.
 
 Quadric error metrics put a vertex where the planes of the faces that it stands for meet best (Garland & Heckbert,
 "Surface simplification using quadric error metrics", 1997): on the outside of a bend. Lengths through such vertices are
-those of a wider surface. Nothing tells by how far but that neighbours stand off by different amounts, as their own
-faces are larger or smaller.
+those of a wider surface. The only evidence of the distance is that neighbours stand off by different amounts, as their
+own faces are larger or smaller.
 """
 
 from __future__ import annotations
@@ -24,7 +24,12 @@ OUTSIDE = 5.0 / 36.0
 
 
 def correct_decimation_bias(vertices: Floats, jets: Jets, edges: Ints, chosen: Ints) -> Floats:
-    """(n, 3) mm: the chosen (k,) of vertices (n, 3) mm where they belong if quadric error metrics have placed them."""
+    """Return vertices moved back from where decimation has put them.
+
+    vertices: (n, 3) mm.
+    chosen: (k,), the ones to move, if quadric error metrics have placed them.
+    Returns (n, 3) mm.
+    """
     points = vertices.copy()
     heights = OUTSIDE * _neighbour_heights(vertices, jets.forms, edges)
     points[chosen] += heights[chosen, None] * jets.normals[chosen]
@@ -33,7 +38,12 @@ def correct_decimation_bias(vertices: Floats, jets: Jets, edges: Ints, chosen: I
 
 @numba.njit(cache=True)
 def _neighbour_heights(vertices: Floats, forms: Floats, edges: Ints) -> Floats:
-    """(n,) mm: how high the neighbours of every vertex stand over its tangent plane in the mean, by forms (n, 3, 3)."""
+    """Return the mean height of the neighbours over each tangent plane.
+
+    vertices: (n, 3) mm.
+    forms: (n, 3, 3), that predict it.
+    Returns (n,) mm.
+    """
     heights, counts = np.zeros(len(vertices)), np.zeros(len(vertices))
     for k in range(len(edges)):
         a, b = edges[k, 0], edges[k, 1]
@@ -47,11 +57,13 @@ def _neighbour_heights(vertices: Floats, forms: Floats, edges: Ints) -> Floats:
 
 
 def stood_outside(offsets: Floats, shifts: Floats) -> bool:
-    """Whether offsets (k,) mm of patches from their vertices are what comes of vertices that stand outside.
+    """Return whether patch offsets show vertices outside the surface.
 
-    shifts (k,) mm: by how much they change when the vertices are put back. The share of that change which leaves the
-    least absolute offsets is 0 for vertices on the surface and 1 outside: it must be nearer to 1, and the two be five
-    of its standard errors apart, as neighbouring patches share points. Every vertex has a patch.
+    The fraction of the shifts which leaves the least absolute offsets is 0 for vertices on the surface and 1 outside:
+    it must be nearer to 1, and the two be five of its standard errors apart, because neighbouring patches have points
+    in common. Every vertex has a patch.
+    offsets: (k,) mm, of patches from their vertices.
+    shifts: (k,) mm, change of the offsets when the vertices are moved back.
     """
     told = np.abs(shifts) > TINY
     if not told.any():

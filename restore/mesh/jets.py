@@ -1,7 +1,8 @@
-"""A patch of smooth surface round every vertex of a mesh: robust quadratic fits (jets, Cazals & Pouget 2005).
+"""Robust quadratic patches (jets) round every vertex of a mesh.
 
-A vertex beside a crease takes the side it lies on: the fit starts from the plane of that one of its own faces which
-most of its neighbours agree with, and points that stand off lose their say (iteratively reweighted least squares).
+Source: Cazals & Pouget 2005. A vertex next to a crease takes the side it lies on: the fit starts from the plane of that
+    one of its own faces which most of its neighbours agree with, and points that stand off lose their weight
+    (iteratively reweighted least squares).
 """
 
 from __future__ import annotations
@@ -17,19 +18,22 @@ from restore.mesh.measures import face_normals, face_signs, norms
 from restore.numerics.limits import SQUARE_TINY, overflows_silently
 from restore.scan import Floats, Ints
 
-MOST_NEIGHBOURS = 32  # two rings have 18 on average; of more the nearest count, whatever numbers they have
-MOST_FOUND = MOST_NEIGHBOURS * MOST_NEIGHBOURS  # among which those are looked for
+MAX_NEIGHBOURS = 32  # two rings have 18 on average; of more the nearest count, whatever numbers they have
+MAX_FOUND = MAX_NEIGHBOURS * MAX_NEIGHBOURS  # among which those are looked for
 STAND_OFF = 0.03  # slope, 2°: neighbours that stand off a plane or a patch by more have a quarter of their weight
-SIGMAS = 3.0  # of the noise, of vertices or of angles: what is off by less is not told from it
+SIGMAS = 3.0  # of the noise, of vertices or of angles: smaller deviations are not significant
 ROUNDS = 3  # of iterations that settle at once: reweighting, and Newton's method over a crease
 PRIOR = 1e-2  # of one neighbour's weight: holds slopes and curvatures that too few neighbours leave open near zero
 TERMS = 6  # height, two slopes, three second derivatives
 
 
 class Jets(NamedTuple):
-    """Of every vertex: normals (n, 3), offsets (n,) mm from it along the normal to the patch, forms (n, 3, 3) 1/mm.
+    """Quadratic patches of vertices.
 
-    A form is the second fundamental form: its value for a unit vector along the surface is the normal curvature there.
+    normals: (n, 3).
+    offsets: (n,) mm, from the vertex along the normal to the patch.
+    forms: (n, 3, 3) 1/mm, second fundamental forms: the value for a unit vector along the surface is the normal
+        curvature there.
     """
 
     normals: Floats
@@ -38,7 +42,10 @@ class Jets(NamedTuple):
 
 
 class Rings(NamedTuple):
-    """What lies round every vertex of a mesh: its neighbours, its faces, and the unit normals (m, 3) of all faces."""
+    """Neighbours and faces of every vertex, and the unit normals (m, 3).
+
+    The normals are those of all faces.
+    """
 
     neighbours: Adjacency
     around: Adjacency
@@ -55,10 +62,12 @@ def rings_of(vertices: Floats, faces: Ints, edges: Ints) -> Rings:
 
 
 def fit_jets(vertices: Floats, rings: Rings, chosen: Ints, noise: float, known_noise: float = 0.0) -> Jets:
-    """Fit patches at the chosen (k,) of vertices (n, 3) mm; the others get none, and normals of zero.
+    """Fit patches at the chosen vertices.
 
-    noise (mm, standard deviation) tells how far a patch may pass by its own vertex; known_noise (mm) is taken for the
-    noise of the neighbours, below which the robust weights tell nothing apart.
+    vertices: (n, 3) mm.
+    chosen: (k,); the others get no patch, and normals of zero.
+    noise: mm, standard deviation of the distance of a patch from its own vertex.
+    known_noise: mm, assumed noise of the neighbours, below which the robust weights make no difference.
     """
     return Jets(*_fit_all(vertices, *rings, chosen, noise, known_noise))
 
@@ -75,14 +84,14 @@ def _fit_all(
 ) -> tuple[Floats, Floats, Floats]:
     count = len(vertices)
     normals, offsets, forms = np.zeros((count, 3)), np.zeros(count), np.zeros((count, 3, 3))
-    met, found, weights = np.full(count, -1), np.empty(MOST_FOUND, np.int64), np.empty(MOST_NEIGHBOURS)
-    points, nearness = np.empty((3, MOST_NEIGHBOURS)), np.empty(MOST_NEIGHBOURS)
+    met, found, weights = np.full(count, -1), np.empty(MAX_FOUND, np.int64), np.empty(MAX_NEIGHBOURS)
+    points, nearness = np.empty((3, MAX_NEIGHBOURS)), np.empty(MAX_NEIGHBOURS)
     jet, frame, sums = np.empty(TERMS), np.eye(3), np.empty(row_of(TERMS) + TERMS)
-    products = np.empty((MOST_NEIGHBOURS, len(sums)))  # of the terms with each other and with the height
+    products = np.empty((MAX_NEIGHBOURS, len(sums)))  # of the terms with each other and with the height
     for i in chosen:
         near, far = _two_rings(i, neighbours, met, found)
-        if far > MOST_NEIGHBOURS:
-            near, far = _nearest(i, vertices, found, near, far), MOST_NEIGHBOURS
+        if far > MAX_NEIGHBOURS:
+            near, far = _nearest(i, vertices, found, near, far), MAX_NEIGHBOURS
         if far < 3:
             continue
         reach = _beside(i, vertices, found, near, far, points, nearness)
@@ -104,19 +113,20 @@ def _fit_all(
 
 @numba.njit(cache=True, error_model="numpy", inline="always")
 def _two_rings(i: int, neighbours: Adjacency, met: Ints, found: Ints) -> tuple[int, int]:
-    """Write the neighbours of vertex i and then theirs; how many neighbours there are, and how many of both.
+    """Write the neighbours of vertex i and then theirs.
 
-    met (n,) tells at which vertex each was found last.
+    met: (n,), the vertex at which each was found last.
+    Returns how many neighbours there are, and how many of both.
     """
     count, met[i] = 0, i
-    for q in range(neighbours.start[i], min(neighbours.start[i + 1], neighbours.start[i] + MOST_FOUND)):
+    for q in range(neighbours.start[i], min(neighbours.start[i + 1], neighbours.start[i] + MAX_FOUND)):
         found[count], met[neighbours.items[q]] = neighbours.items[q], i
         count += 1
     near = count
     for f in range(near):
         for q in range(neighbours.start[found[f]], neighbours.start[found[f] + 1]):
             k = neighbours.items[q]
-            if met[k] != i and count < MOST_FOUND:
+            if met[k] != i and count < MAX_FOUND:
                 found[count], met[k] = k, i
                 count += 1
     return near, count
@@ -124,24 +134,26 @@ def _two_rings(i: int, neighbours: Adjacency, met: Ints, found: Ints) -> tuple[i
 
 @numba.njit(cache=True, error_model="numpy")
 def _nearest(i: int, vertices: Floats, found: Ints, near: int, far: int) -> int:
-    """Put the MOST_NEIGHBOURS nearest of vertex i first, those of the first ring before others; how many of it.
+    """Put the MAX_NEIGHBOURS nearest of vertex i first.
 
-    found (·,): `near` neighbours, and theirs up to `far`.
+    Those of the first ring come before others.
+    found: (·,), `near` neighbours, and theirs up to `far`.
+    Returns how many of the first ring are left.
     """
-    first, last = (0, near) if near > MOST_NEIGHBOURS else (near, far)
+    first, last = (0, near) if near > MAX_NEIGHBOURS else (near, far)
     away = np.zeros(last - first)
     for k in range(first, last):
         for axis in range(3):
             away[k - first] += (vertices[found[k], axis] - vertices[i, axis]) ** 2
     found[first:last] = found[first:last][np.argsort(away)]
-    return min(near, MOST_NEIGHBOURS)
+    return min(near, MAX_NEIGHBOURS)
 
 
 @numba.njit(cache=True, error_model="numpy", inline="always")
 def _beside(i: int, vertices: Floats, found: Ints, near: int, far: int, points: Floats, nearness: Floats) -> float:
-    """Write where the neighbours lie from vertex i and how near, 1 / distance, in units of the mean distance.
+    """Write the offsets and nearness of the neighbours of vertex i.
 
-    That is of the first `near` of them, and returned in mm.
+    Nearness is 1 / distance, in units of the mean distance of the first `near` of them, which is returned in mm.
     """
     reach = SQUARE_TINY
     for k in range(far):
@@ -162,7 +174,10 @@ def _beside(i: int, vertices: Floats, found: Ints, near: int, far: int, points: 
 def _own_face(
     i: int, around: Adjacency, planes: Floats, points: Floats, nearness: Floats, far: int, weights: Floats, grain: float
 ) -> int:
-    """That face at vertex i whose plane agrees best with its neighbours; the weights tell which of them agree."""
+    """Return the face at vertex i whose plane fits its neighbours best.
+
+    The weights are written for the neighbours that agree.
+    """
     least, own = np.inf, around.items[around.start[i]]
     for q in range(around.start[i], around.start[i + 1]):
         face, against = around.items[q], 0.0
@@ -178,14 +193,20 @@ def _own_face(
 
 @numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "nsz"})
 def _squared_slope(planes: Floats, face: int, points: Floats, nearness: Floats, k: int, grain: float) -> float:
-    """How steeply neighbour k stands off the plane of a face, squared, in units of STAND_OFF and of the noise."""
+    """Return the squared slope of neighbour k from the plane of a face.
+
+    In units of STAND_OFF and of the noise.
+    """
     off = planes[face, 0] * points[0, k] + planes[face, 1] * points[1, k] + planes[face, 2] * points[2, k]
     return _squared(off, nearness[k], grain)
 
 
 @numba.njit(cache=True, error_model="numpy", inline="always")
 def _squared(off: float, nearness: float, grain: float) -> float:
-    """A height off a plane or a patch, squared, over what is told from it: a slope of STAND_OFF, and the noise."""
+    """Return a squared height off a plane or a patch, in units of its scale.
+
+    The scale is a slope of STAND_OFF, and the noise.
+    """
     return off**2 / ((STAND_OFF / nearness) ** 2 + (SIGMAS * grain) ** 2)
 
 
@@ -222,9 +243,10 @@ def _fit(
     jet: Floats,
     grain: float,
 ) -> None:
-    """Write height, slopes and second derivatives of a patch through points (3, far) and, weighing own, the origin.
+    """Write height, slopes and second derivatives of a fitted patch.
 
-    products (·, p) of the terms with each other and with the height, and their sums (p,), are written over.
+    It passes points (3, far) and, with weight own, the origin.
+    products: (·, p), of the terms with each other and with the height; overwritten, as are their sums (p,).
     """
     for k in range(far):
         _multiply(points, k, products)
@@ -258,7 +280,10 @@ def row_of(p: int) -> int:
 
 @numba.njit(cache=True, error_model="numpy")
 def _multiply(points: Floats, k: int, products: Floats) -> None:
-    """Write the products of the terms with each other at point k, the lower triangle by rows, and with its height."""
+    """Write the products of the terms at point k.
+
+    With each other, the lower triangle by rows, and with its height.
+    """
     x, y, z = points[0, k], points[1, k], points[2, k]
     for p, term in enumerate((1.0, x, y, 0.5 * x * x, x * y, 0.5 * y * y)):
         row = row_of(p)

@@ -16,14 +16,21 @@ MIN_HEIGHT_RATIO = 1e-4  # of the base: least height of a face; the weights of a
 
 @overflows_silently
 def straight_lengths(vertices: Floats, edges: Ints) -> Floats:
-    """(e,) mm: straight distances between the ends of edges (e, 2), for vertices (n, 3) or flat positions (n, 2) mm."""
+    """Return the straight distances (e,) mm between the ends of edges.
+
+    vertices: (n, 3), or flat positions (n, 2), mm.
+    edges: (e, 2).
+    """
     apart = vertices.take(edges[:, 0], axis=0) - vertices.take(edges[:, 1], axis=0)
     return norms(apart)
 
 
 @overflows_silently
 def norms(vectors: Floats) -> Floats:
-    """(k,) lengths of vectors (k, 2) or (k, 3): the squares are added axis by axis, in single precision as well."""
+    """Return the lengths (k,) of vectors (k, 2) or (k, 3).
+
+    The squares are added axis by axis, in single precision as well.
+    """
     squares = np.square(vectors).astype(np.float64, copy=False)
     total = squares[:, 0] + squares[:, 1]
     for axis in range(2, squares.shape[1]):
@@ -32,16 +39,23 @@ def norms(vectors: Floats) -> Floats:
 
 
 def edge_strain(flat: Floats, edges: Ints, lengths: Floats) -> Floats:
-    """(e,) relative change of length of edges (e, 2) from lengths (e,) mm on the surface to flat (n, 2) mm."""
+    """Return the relative change of length of edges on the page.
+
+    flat: (n, 2) mm.
+    edges: (e, 2), of lengths (e,) mm on the surface.
+    Returns (e,).
+    """
     return np.asarray(straight_lengths(flat, edges) / lengths - 1.0)
 
 
 def face_shapes(
     faces: Ints, edges: Ints, lengths: Floats, min_height_ratio: float = MIN_HEIGHT_RATIO
 ) -> tuple[Floats, Floats, Floats]:
-    """base, along and height, each (m,) mm: face by face the corners are (0, 0), (base, 0) and (along, height).
+    """Return the corners of each face in its plane.
 
-    No height is less than min_height_ratio × base: over a crease three lengths may violate the triangle inequality.
+    They are (0, 0), (base, 0) and (along, height). No height is less than min_height_ratio × base: over a crease three
+    lengths may violate the triangle inequality.
+    Returns base, along and height, (m,) mm each.
     """
     base, near, far = (lengths_between(faces[:, a], faces[:, b], edges, lengths) for a, b in ((0, 1), (0, 2), (1, 2)))
     along = (base**2 + near**2 - far**2) / (2.0 * base)
@@ -49,7 +63,10 @@ def face_shapes(
 
 
 def lengths_between(a: Ints, b: Ints, edges: Ints, lengths: Floats) -> Floats:
-    """(k,) the lengths of the edges that join vertices a (k,) and b (k,); edges (e, 2) in ascending order."""
+    """Return the lengths (k,) of the edges between vertices a and b, (k,).
+
+    edges: (e, 2), in ascending order.
+    """
     count = edges.max() + 1
     keys = edges[:, 0] * count + edges[:, 1]
     found: Floats = lengths[np.searchsorted(keys, np.minimum(a, b) * count + np.maximum(a, b))]
@@ -57,9 +74,9 @@ def lengths_between(a: Ints, b: Ints, edges: Ints, lengths: Floats) -> Floats:
 
 
 def corner_angles(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
-    """(3·m,) rad: the angles at the corners of faces (m, 3), row by row, by the lengths (e,) of their sides.
+    """Return the corner angles of faces by the lengths of their sides.
 
-    0 for all corners of a face that names a vertex twice.
+    lengths: (e,). Returns (3·m,) rad, row by row; 0 for all corners of a face that names a vertex twice.
     """
     angles = np.zeros(3 * len(faces))
     _set_angles(sides.edge, np.ascontiguousarray(lengths), angles)
@@ -68,7 +85,11 @@ def corner_angles(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
 
 @numba.njit(cache=True)
 def _set_angles(edge: Ints, lengths: Floats, angles: Floats) -> None:
-    """Write the angles (3·m,) of corners whose sides have the edges (3·m,), or −1, of these lengths (e,)."""
+    """Write the angles (3·m,) of corners from the lengths of their edges.
+
+    edge: (3·m,), or −1.
+    lengths: (e,).
+    """
     for first in range(0, len(angles), 3):
         if edge[first] < 0 or edge[first + 1] < 0 or edge[first + 2] < 0:
             continue
@@ -81,7 +102,11 @@ def _set_angles(edge: Ints, lengths: Floats, angles: Floats) -> None:
 
 @overflows_silently
 def signed_areas(flat: Floats, faces: Ints) -> Floats:
-    """(m,) mm², negative where a face is flipped."""
+    """Return the signed face areas (m,) mm², negative where flipped.
+
+    flat: (n, 2).
+    faces: (m, 3).
+    """
     first, second, third = np.ascontiguousarray(faces.T)
     x, y = np.ascontiguousarray(flat.T)
     x_first, y_first = x.take(first), y.take(first)
@@ -92,9 +117,10 @@ def signed_areas(flat: Floats, faces: Ints) -> Floats:
 
 @overflows_silently
 def flipped_faces(flat: Floats, faces: Ints) -> int:
-    """The number of inverted faces (m, 3) over flat (n, 2): those of the orientation with less area.
+    """Count the inverted faces: those of the orientation with less area.
 
-    A face without area is not inverted.
+    flat: (n, 2).
+    faces: (m, 3). A face without area is not inverted.
     """
     areas = signed_areas(flat, faces)
     return int((areas < 0.0).sum() if areas.sum() >= 0.0 else (areas > 0.0).sum())
@@ -102,22 +128,33 @@ def flipped_faces(flat: Floats, faces: Ints) -> int:
 
 @overflows_silently
 def face_normals(vertices: Floats, faces: Ints) -> Floats:
-    """(m, 3) normals of faces (m, 3) over vertices (n, 3) mm, twice as long as their areas."""
+    """Return face normals (m, 3), twice as long as the areas.
+
+    vertices: (n, 3) mm.
+    faces: (m, 3).
+    """
     first, second, third = (vertices.take(faces[:, corner], axis=0) for corner in range(3))
     return np.cross(second - first, third - first)
 
 
 def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit normals: the mean over the faces (m, 3) round a vertex, weighted by area."""
+    """Return unit vertex normals (n, 3), the area-weighted mean of faces.
+
+    faces: (m, 3).
+    """
     return _mean_normals(face_normals(vertices, faces), faces, len(vertices))
 
 
 @overflows_silently
 def face_signs(vertices: Floats, faces: Ints, known: Floats | None = None) -> Floats:
-    """(m,) −1 where a face is folded over in space, as decimators leave them: it runs against its corners' normals.
+    """Return −1 for faces that are folded over in space, else 1.
 
-    vertices (n, 3), faces (m, 3). The normal of a corner is the mean of its faces, weighed by area and by known signs
-    (m,), small where one is hardly known; or by area alone, and then once more with the signs that are found.
+    Decimators leave such faces: they run against their corners' normals. The normal of a corner is the mean of its
+    faces, weighted by area and by known signs; or by area alone, and then once more with the signs that are found.
+    vertices: (n, 3).
+    faces: (m, 3).
+    known: (m,), small where a sign is uncertain.
+    Returns (m,).
     """
     planes, signs = face_normals(vertices, faces), np.ones(len(faces)) if known is None else known
     for _ in range(2 if known is None else 1):
@@ -131,14 +168,21 @@ def face_signs(vertices: Floats, faces: Ints, known: Floats | None = None) -> Fl
 
 @overflows_silently
 def _mean_normals(planes: Floats, faces: Ints, count: int) -> Floats:
-    """(count, 3) unit vectors: the mean of the normals (m, 3) of the faces (m, 3) at each of `count` vertices."""
+    """Return the mean face normals at `count` vertices, unit vectors.
+
+    planes: (m, 3), normals of the faces (m, 3). Returns (count, 3).
+    """
     corners = faces.ravel()
     normals: Floats = np.stack([np.bincount(corners, np.repeat(plane, 3), count) for plane in planes.T], axis=1)
     return normals / np.maximum(norms(normals), TINY)[:, None]
 
 
 def surface_area(vertices: Floats, faces: Ints) -> float:
-    """Area in mm² of faces (m, 3) over vertices (n, 3) mm, or (n, 2) in the plane, whatever their orientation."""
+    """Return the area of faces in mm², whatever their orientation.
+
+    vertices: (n, 3) mm, or (n, 2) in the plane.
+    faces: (m, 3).
+    """
     if vertices.shape[1] == 2:
         return sum_in_order(np.abs(signed_areas(vertices, faces)))
     return 0.5 * sum_in_order(norms(face_normals(vertices, faces)))

@@ -25,7 +25,7 @@ class Network:
 
     @property
     def faces(self) -> Ints:
-        """(m, 3) faces."""
+        """Return the faces (m, 3)."""
         return self.topology.faces
 
     @property
@@ -35,13 +35,16 @@ class Network:
 
     @property
     def edges(self) -> Ints:
-        """(e, 2) edges, the smaller vertex first."""
+        """Return the edges (e, 2), the smaller vertex first."""
         return self.topology.edges
 
     @cached_property
     @overflows_silently
     def areas(self) -> Floats:
-        """(m,) mm² areas of the faces at rest; 0 for one that has no two different corners."""
+        """Return the areas (m,) mm² of the faces at rest.
+
+        0 for a face without two different corners.
+        """
         own = self.sides.edge.reshape(-1, 3).T
         a, b, c = self.lengths[own]
         half = 0.5 * (a + b + c)
@@ -51,7 +54,10 @@ class Network:
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A connected part of a mesh: its vertices (k,) in the whole, and its own faces and network."""
+    """Connected part of a mesh.
+
+    vertices: (k,), in the whole mesh. It has its own faces and network.
+    """
 
     vertices: Ints
     faces: Ints
@@ -59,8 +65,10 @@ class Piece:
 
 
 def make_network(vertices: Floats, topology: Topology, lengths: Floats | None = None) -> Network:
-    """Join vertices (n, 3) mm along the edges of a topology; lengths (e,) mm in their order, or measured here.
+    """Join vertices along the edges of a topology.
 
+    vertices: (n, 3) mm.
+    lengths: (e,) mm in the order of the edges, or None to measure them.
     Raises BadInput when the lengths are not one positive number for each edge.
     """
     if lengths is None:

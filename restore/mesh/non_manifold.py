@@ -13,10 +13,10 @@ from restore.scan import Floats, Ints
 
 
 def without_fins(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
-    """The mesh without the faces that stand on it along edges of more than two faces, and findings.
+    """Remove faces that stand on the sheet, and report them.
 
-    Of the faces at such an edge the two that go on most smoothly are of one sheet. Of the sheets that meet there the
-    largest is the page.
+    They are joined to it along edges of more than two faces. Of the faces at such an edge the two that continue most
+    smoothly are of one sheet. Of the sheets that meet there the largest is the page.
     """
     crossings = np.flatnonzero(mesh.topology.face_counts > 2)
     if not len(crossings):
@@ -69,6 +69,6 @@ def _outward(mesh: ValidMesh, crossings: Ints) -> dict[int, Floats]:
 
 
 def _smoothest(sides: Sides, edge: int, outward: dict[int, Floats]) -> Ints:
-    """(2,) the two faces at an edge that leave it most nearly in opposite directions."""
+    """Return the two faces (2,) that leave an edge most nearly oppositely."""
     out = outward[int(edge)]
     return _faces_at(sides, edge)[list(np.unravel_index(np.argmin(out @ out.T), (len(out), len(out))))]

@@ -11,14 +11,16 @@ import numpy as np
 from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints, Mask, SurfaceMesh
 
-LEAST_SHARE = 0.2  # of a window must be points of one piece: at a corner of the grid a quarter is
+MIN_SHARE = 0.2  # of a window must be points of one piece: at a corner of the grid a quarter is
 TERMS = 6  # of a patch: height, two slopes, three second derivatives
 RIDGE = 1e-6  # of the points of a patch: its terms are determined also where these lie in one line
 
 
 @dataclass(frozen=True, eq=False)
 class GridMesh(SurfaceMesh):
-    """A surface mesh over an ordered grid, as the segments of CT volumes are: it may wind round several times.
+    """Surface mesh over an ordered grid, as the segments of CT volumes are.
+
+    It may wind round several times.
 
     shape   (rows, cols) of the grid. Its columns run to the right of the page, its rows down.
     places  (n,) int64: row · cols + col of every vertex, ascending; the other places of the grid have no valid point.
@@ -30,9 +32,11 @@ class GridMesh(SurfaceMesh):
 
 @numba.njit(cache=True)
 def grid_faces(valid: Mask) -> Ints:
-    """(m, 3) triangles between neighbouring valid points (rows, cols), numbered row by row, the valid ones only.
+    """Return triangles between neighbouring valid points of a grid.
 
     They run counter-clockwise where columns go right and rows down. A cell with three valid corners has one triangle.
+    valid: (rows, cols).
+    Returns (m, 3), numbering the valid points row by row.
     """
     rows, cols = valid.shape
     number, count = np.full((rows, cols), -1), 0
@@ -58,15 +62,19 @@ def grid_faces(valid: Mask) -> Ints:
 def fit_patches(
     points: Floats, pieces: Ints, sizes: Ints, rows: Ints, cols: Ints, reach: int
 ) -> tuple[Floats, Floats, Ints]:
-    """Positions (k, l, 3) mm and unit normals (k, l, 3) of patches at nodes, and the piece (k, l) that each belongs to.
+    """Fit quadratic patches at the nodes of a grid.
 
-    points (rows, cols, 3) mm, NaN where there is none, with the piece (rows, cols) of each and how many points it has;
-    rows (k,), cols (l,) lines of the nodes; reach: points of a window to either side. The piece of a node is that of
-    the next point; NaN and −1 where too few points of it lie in the window.
+    points: (rows, cols, 3) mm, NaN where missing.
+    pieces: (rows, cols), the piece of each point.
+    sizes: number of points of each piece.
+    rows, cols: (k,) and (l,), lines of the nodes.
+    reach: points of a window to either side.
+    Returns positions (k, l, 3) mm, unit normals (k, l, 3), and the piece (k, l) of each node, that of the next point;
+    NaN and −1 where too few points of it are in the window.
     """
     positions = np.full((len(rows), len(cols), 3), np.nan)
     normals, own = positions.copy(), np.full((len(rows), len(cols)), -1)
-    least = max(TERMS, int(LEAST_SHARE * (2 * reach + 1) ** 2))
+    least = max(TERMS, int(MIN_SHARE * (2 * reach + 1) ** 2))
     matrix, right, terms = np.empty((TERMS, TERMS)), np.empty((TERMS, 3)), np.empty(TERMS)
     for k in range(len(rows)):
         for m in range(len(cols)):

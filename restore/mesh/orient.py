@@ -1,4 +1,4 @@
-"""Make all faces of a mesh run the same way round, counter-clockwise on the printed side."""
+"""Orients all faces of a mesh counter-clockwise on the printed side."""
 
 from __future__ import annotations
 
@@ -27,19 +27,26 @@ def orient(faces: Ints, texcoords: Floats | None = None, sides: Sides | None = N
     sheet = components(joined, 2 * count)
     as_it_is, turned = sheet[:count], sheet[count:]
     score = np.bincount(sheet, np.r_[votes, -votes])
-    # Where as many run either way, one of the two ways is taken for all of the piece.
+    # Where as many have either orientation, one of the two is chosen for the whole piece.
     better = (score[turned] > score[as_it_is]) | ((score[turned] == score[as_it_is]) & (turned < as_it_is))
     return np.where(better[:, None], faces[:, ::-1], faces)
 
 
 def map_runs_back(faces: Ints, texcoords: Floats) -> bool:
-    """Whether most of the texture, texcoords (n, 2) pixels, is mirrored to the faces (m, 3) as they run."""
+    """Return whether most of the texture is mirrored to the faces.
+
+    faces: (m, 3).
+    texcoords: (n, 2) pixels.
+    """
     areas = signed_areas(texcoords, faces)  # its pixels run downwards: negative is as it should be
     return bool(areas.sum() > 0.0)
 
 
 def _forward(faces: Ints, sides: Sides) -> Mask:
-    """(h,) whether each of the sides, edge after edge, runs from the smaller vertex to the larger."""
+    """Return whether each side runs from the smaller vertex to the larger.
+
+    Returns (h,) bool, edge after edge.
+    """
     forward: Mask = (faces < np.roll(faces, -1, axis=1)).ravel()
     return forward.take(sides.at)
 
@@ -54,6 +61,9 @@ def _agree(faces: Ints, sides: Sides) -> bool:
 
 
 def _neighbours(faces: Ints, sides: Sides) -> tuple[Ints, Ints, Mask]:
-    """The two faces on every inner edge, (b,) and (b,), and whether they run the same way round."""
+    """Return the two faces on every inner edge, and if they agree.
+
+    Both are (b,); they agree where they have the same orientation, (b,) bool.
+    """
     forward, inner = _forward(faces, sides), sides.first[:-1][np.diff(sides.first) == 2]
     return sides.at[inner] // 3, sides.at[inner + 1] // 3, forward[inner] != forward[inner + 1]

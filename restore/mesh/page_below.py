@@ -1,6 +1,7 @@
-"""A strip of the page below, seen beyond the edge of an open book's upper page: cut off at the step between them.
+"""Removes a strip of the page below an open book's upper page.
 
-A scanner has no samples on the step, which it sees edge-on: the mesh bridges it by a single row of faces.
+The strip is seen beyond the upper page's edge and is cut off at the step between them. A scanner has no samples on the
+step, which it sees edge-on: the mesh bridges it by a single row of faces.
 """
 
 from __future__ import annotations
@@ -22,9 +23,10 @@ MOSTLY = 0.5
 
 
 def without_page_below(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
-    """The mesh without strips that are lower than the page, behind a step of one row of faces, and findings.
+    """Return the mesh without strips lower than the page, and findings.
 
-    The wall of a fold is a part of the page: a mesh that resolves it has vertices within it, and it is not cut.
+    They lie behind a step of one row of faces. The wall of a fold is a part of the page: a mesh that resolves it has
+    vertices within it, and it is not cut.
     """
     bridges = _bridges(mesh)
     lengths = np.linalg.norm(mesh.normals, axis=1)
@@ -45,7 +47,10 @@ def without_page_below(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
 
 
 def _bridges(mesh: ValidMesh) -> Mask:
-    """(m,) the faces between two creases: each of their corners is on one."""
+    """Return the faces (m,) between two creases.
+
+    Each of their corners is on a crease.
+    """
     sides, is_inner = mesh.topology.sides, mesh.topology.face_counts == 2
     first = sides.first[:-1][is_inner]
     one, other = sides.at[first] // 3, sides.at[first + 1] // 3
@@ -57,14 +62,17 @@ def _bridges(mesh: ValidMesh) -> Mask:
 
 
 def _pieces_without(mesh: ValidMesh, bridges: Mask) -> Ints:
-    """(m,) the connected piece of each face, where the bridges hold nothing together."""
+    """Return the connected piece (m,) of each face without the bridges."""
     ends = mesh.faces[~bridges]
     edges = np.concatenate([ends[:, [0, 1]], ends[:, [1, 2]]])
     return components(edges, len(mesh.vertices))[mesh.faces[:, 0]]
 
 
 def _drop(mesh: ValidMesh, bridges: Ints, of_vertex: Ints, page: int, strip: int) -> float:
-    """By how many mm a strip is lower than the page beyond its bridges (k, 3), both level there; 0 if it is not."""
+    """Return by how many mm a strip is lower than the page.
+
+    Measured beyond its bridges (k, 3), with both level there; 0 if it is not lower.
+    """
     piece = of_vertex[bridges]
     across = bridges[(piece == page).any(axis=1) & (piece == strip).any(axis=1)]
     if not len(across):
@@ -83,15 +91,22 @@ def _drop(mesh: ValidMesh, bridges: Ints, of_vertex: Ints, page: int, strip: int
 
 
 def _unit(vectors: Floats) -> Floats:
-    """(k, 3) vectors of length 1, or 0."""
+    """Return vectors (k, 3) scaled to length 1, or 0."""
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1), TINY)[:, None])
 
 
 def _normals_of(mesh: ValidMesh, of_vertex: Ints, piece: int) -> Floats:
-    """(n, 3) normals of the vertices of a piece by its own faces alone, 0 for others."""
+    """Return vertex normals by the faces of one piece alone.
+
+    Returns (n, 3), 0 for other vertices.
+    """
     return vertex_normals(mesh.vertices, mesh.faces[(of_vertex[mesh.faces] == piece).all(axis=1)])
 
 
 def _means(values: Floats, faces: Ints, chosen: Mask) -> Floats:
-    """(k, 3) means of values (n, 3) over the chosen corners (k, 3) of faces (k, 3)."""
+    """Return the means (k, 3) of values over the chosen corners of faces.
+
+    values: (n, 3).
+    faces, chosen: (k, 3).
+    """
     return np.asarray((values[faces] * chosen[..., None]).sum(axis=1) / np.maximum(chosen.sum(axis=1), 1)[:, None])

@@ -1,4 +1,7 @@
-"""Vertices at one place, found by hashes of their positions: linear in their number but for a sort of whole numbers."""
+"""Coincident vertices, found by hashes of their positions.
+
+The time is linear in their number but for a sort of whole numbers.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ SAME_PIXELS = 1.0  # of the picture: vertices at one place that differ by less a
 
 
 def first_at_place(vertices: Floats) -> Ints:
-    """(n,) the first of the vertices (n, 3) that lie where each one does."""
+    """Return the first of the vertices (n, 3) at each one's position, (n,)."""
     hashes = np.zeros(len(vertices), np.uint64)
     for column in np.ascontiguousarray(vertices.T + 0.0).view(np.uint64):  # −0 becomes 0
         hashes = mix(hashes + column + STEP)
@@ -25,9 +28,11 @@ def first_at_place(vertices: Floats) -> Ints:
 
 
 def first_in_chart(place: Ints, texcoords: Floats) -> Ints:
-    """(n,) the first of the vertices at each one's place (n,) whose texture coordinates (n, 2) are those of its chart.
+    """Return the first vertex at each one's place in the same chart.
 
-    place (n,) as from `first_at_place`.
+    place: (n,), as from `first_at_place`.
+    texcoords: (n, 2), close together within a chart.
+    Returns (n,).
     """
     first, left = np.empty(len(place), np.int64), np.arange(len(place))
     leader = np.empty(len(place), np.int64)
@@ -47,7 +52,7 @@ def mix(keys: Hashes) -> Hashes:
 
 
 def first_of_equal(hashes: Hashes) -> Ints:
-    """(k,) index of the first of the hashes (k,) that are equal to each."""
+    """Return the index (k,) of the first hash equal to each of hashes (k,)."""
     ascending = np.sort(hashes)
     if (ascending[1:] != ascending[:-1]).all():
         return np.arange(len(hashes))

@@ -1,4 +1,7 @@
-"""The pose of a warped sheet over the table z = 0, printed side up, and of the flat page as the scanner saw it."""
+"""Pose of a warped sheet over the table z = 0, and of the flat page.
+
+The sheet is printed side up, the page as the scanner saw it.
+"""
 
 from __future__ import annotations
 
@@ -11,18 +14,18 @@ from restore.mesh.measures import face_normals
 from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints
 
-LEVEL = 0.2  # a sheet closed to a tube has no mean normal; below this share of its area we ask its principal axes
+LEVEL = 0.2  # a sheet closed to a tube has no mean normal; below this fraction of its area its principal axes decide
 EDGE_ON = 0.9  # cosine of the page's normal with the scanner's right
 
 
 @dataclass(frozen=True, eq=False)
 class PosedSheet:
-    """A sheet over the table z = 0.
+    """Sheet over the table z = 0.
 
-    positions (n, 3) mm; the origin lies under the centre of the sheet, its lowest point on the table.
-    axes      (3, 3) rows right, up and out of the page; origin (3,) mm: positions = (vertices − origin) @ axes.T.
-    seen      (n, 2) mm: where the scanner saw each vertex, x right, y up. It tells upright, and where the page lay.
-    weights   (n,) share of the area that each vertex stands for.
+    positions: (n, 3) mm; the origin is under the centre of the sheet, its lowest point on the table.
+    axes: (3, 3) rows right, up and out of the page; origin (3,) mm: positions = (vertices − origin) @ axes.T.
+    seen: (n, 2) mm, where the scanner saw each vertex, x right, y up. It defines upright, and where the page lay.
+    weights: (n,), fraction of the area that each vertex stands for.
     """
 
     positions: Floats
@@ -52,9 +55,11 @@ def pose_on_table(vertices: Floats, faces: Ints) -> PosedSheet:
 
 
 def _axes(out: Floats) -> Floats:
-    """(3, 3) rows right, up and out of the page (unit vector): up is as near to the scanner's as the page allows.
+    """Return the axes (3, 3): rows right, up and out of the page.
 
-    A page that lies before the scanner keeps the scanner's right; one seen edge-on from the side takes what is left.
+    Up is as near to the scanner's as the page allows. A page that faces the scanner keeps the scanner's right; one seen
+    edge-on from the side takes what is left.
+    out: (3,) unit vector.
     """
     right = np.array([1.0, 0.0, 0.0] if abs(out[0]) < EDGE_ON else [0.0, 0.0, -np.sign(out[0])])
     right -= (right @ out) * out
@@ -63,13 +68,21 @@ def _axes(out: Floats) -> Floats:
 
 
 def _least_extent(offsets: Floats, weights: Floats, mean: Floats) -> Floats:
-    """(3,) the principal axis along which offsets (n, 3) spread least, to the side of the mean normal (3,)."""
+    """Return the principal axis (3,) of least spread.
+
+    offsets: (n, 3).
+    mean: (3,), mean normal, whose side the axis takes.
+    """
     _, principal = np.linalg.eigh(offsets.T @ (offsets * weights[:, None]))
     return np.asarray(principal[:, 0] * (np.sign(principal[:, 0] @ mean) or 1.0))
 
 
 def move_upright(flat: Floats, posed: PosedSheet) -> Floats:
-    """Flat positions (n, 2) mm turned and shifted, not scaled or mirrored, to nearest where the scanner saw them."""
+    """Return the page rotated and shifted to where the scanner saw it.
+
+    It is not scaled or mirrored.
+    flat: (n, 2) mm.
+    """
     here, there = ((posed.weights[:, None] * part).sum(axis=0) for part in (flat, posed.seen))  # @ starts threads
     offsets, wanted = (part[:, 0] + 1.0j * part[:, 1] for part in (flat - here, posed.seen - there))
     turned = offsets * np.exp(1.0j * np.angle(np.vdot(posed.weights * offsets, wanted)))

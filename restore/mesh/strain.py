@@ -8,18 +8,19 @@ from restore.mesh.measures import edge_strain, face_shapes, lengths_between
 from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints
 
-MOST_CELLS = 20  # of the longer side of a page
+MAX_CELLS = 20  # of the longer side of a page
 EDGES = 100  # of a square cell, in the mean: what a few of them have wrong does not count
 MIN_STRAIN_HEIGHT_RATIO = 0.05  # of the base: across thinner faces the strain is not determined
-LOOSE = 1e-3  # of the weight of a cell: holds the strain near zero in a direction that too few of its edges tell
+LOOSE = 1e-3  # of the weight of a cell: holds the strain near zero in a direction that too few of its edges determine
 
 
 def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
-    """(m, 2) stretch and shear of every face from its shape on the surface to its flat one.
+    """Compute stretch and shear of every face from surface to page.
 
-    flat (n, 2), edges (e, 2) and lengths (e,) as for `stretches`. With σ₁ ≥ σ₂ the principal stretches, stretch is
-    √(σ₁ σ₂) − 1, shear (σ₁ − σ₂) / 2. Lengths that no triangle has are those of a flat one on its longest side,
-    whatever corner the face names first.
+    With σ₁ ≥ σ₂ the principal stretches, stretch is √(σ₁ σ₂) − 1, shear (σ₁ − σ₂) / 2. Lengths that no triangle has are
+    those of a flat one on its longest side, whatever corner the face names first.
+    flat, edges, lengths: (n, 2), (e, 2) and (e,), as for `stretches`.
+    Returns (m, 2).
     """
     sides = [lengths_between(faces[:, k], faces[:, (k + 1) % 3], edges, lengths) for k in range(3)]
     order = (np.argmax(sides, axis=0)[:, None] + np.arange(3)) % 3
@@ -29,9 +30,12 @@ def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floa
 
 
 def stretches(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> tuple[Floats, Floats]:
-    """Sum and difference (m,) of the principal stretches of every face, σ₁ + σ₂ and σ₁ − σ₂.
+    """Compute sum and difference of the principal stretches of every face.
 
-    edges (e, 2) in ascending order and lengths (e,) mm give the shape on the surface, flat (n, 2) mm that on the page.
+    flat: (n, 2) mm, the shape on the page.
+    edges: (e, 2), in ascending order.
+    lengths: (e,) mm, the shape on the surface.
+    Returns σ₁ + σ₂ and σ₁ − σ₂, (m,) each.
     """
     base, along, height = face_shapes(faces, edges, lengths, MIN_STRAIN_HEIGHT_RATIO)
     first, second = (flat[faces[:, k]] - flat[faces[:, 0]] for k in (1, 2))
@@ -44,17 +48,22 @@ def stretches(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> tuple[
 
 
 def average_at_vertices(values: Floats, faces: Ints, count: int) -> Floats:
-    """(count, k) mean of the values (m, k) of the faces at each of `count` vertices, 0 for a vertex without faces."""
+    """Average values (m, k) of the faces at each of `count` vertices.
+
+    Returns (count, k), 0 for a vertex without faces.
+    """
     total = np.zeros((count, values.shape[1]))
     np.add.at(total, faces.ravel(), np.repeat(values, 3, axis=0))
     return total / np.maximum(np.bincount(faces.ravel(), minlength=count), 1)[:, None]
 
 
 def smooth_rms_strain(flat: Floats, edges: Ints, lengths: Floats) -> float:
-    """Root mean square over all directions and the page of the strain that cells of it have as a whole.
+    """Return the rms strain of whole cells of the page.
 
-    flat (n, 2) and lengths (e,) mm of edges (e, 2). A length that is wrong, as over a crease or in noise, strains its
-    own edge, and hardly its cell; a surface that is not developable strains all edges of a cell alike.
+    Over all directions. A length that is wrong, as over a crease or in noise, strains its own edge, and hardly its
+    cell; a surface that is not developable strains all edges of a cell alike.
+    flat: (n, 2).
+    edges: (e, 2), of lengths (e,) mm.
     """
     ways = flat[edges[:, 1]] - flat[edges[:, 0]]
     apart = np.hypot(*ways.T)
@@ -73,8 +82,11 @@ def smooth_rms_strain(flat: Floats, edges: Ints, lengths: Floats) -> float:
 
 
 def _cells(flat: Floats, edges: Ints) -> Ints:
-    """(e,) in which square cell of the page the middle of each edge lies; cells without an edge have no number."""
-    low, count = flat.min(axis=0), min(max(round(np.sqrt(len(edges) / EDGES)), 1), MOST_CELLS)
+    """Return the square cell (e,) of the page with each edge's midpoint.
+
+    Cells without an edge have no number.
+    """
+    low, count = flat.min(axis=0), min(max(round(np.sqrt(len(edges) / EDGES)), 1), MAX_CELLS)
     size = float(np.ptp(flat, axis=0).max()) / count + TINY
     across, up = np.floor((flat[edges].mean(axis=1) - low) / size).astype(int).T
     return np.unique(across * (count + 1) + up, return_inverse=True)[1]

@@ -1,7 +1,7 @@
-"""How far the vertices of a mesh are apart along the surface that it samples.
+"""Distances of the vertices of a mesh along the surface they sample.
 
 The straight edge is too short over a bend, far too short over a crease between its ends, and too long between vertices
-that noise has moved. The patches round both ends tell the length of the way between them.
+that noise has moved. The patches round both ends give the length of the path between them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from restore.numerics.limits import SINGLE_PRECISION, SQUARE_TINY
 from restore.numerics.robust import MAD_TO_SIGMA, robust_sigma
 from restore.scan import Floats, Ints
 
-PROBES = 100  # vertices that tell the noise
+PROBES = 100  # vertices that determine the noise
 PASSES = 5  # from patches that take noise for shape to some that know it: by then it settles
 SHRUNK = 0.87  # of the noise is left between a vertex and a quadratic through it and two hexagonal rings: √(42 / 55)
 ROUGHER = 2.0  # the angle defect may get when vertices are put back; faces that unfold by themselves have none
@@ -29,14 +29,19 @@ LEVEL = cos(CREASE)
 
 
 def surface_lengths(vertices: Floats, topology: Topology) -> Floats:
-    """(e,) mm between the ends of the edges of faces (m, 3), along the surface that vertices (n, 3) mm sample."""
+    """Return the edge lengths (e,) mm along the surface.
+
+    vertices: (n, 3) mm, samples of the surface.
+    topology: of faces (m, 3).
+    """
     return straight_and_along(vertices, topology)[1]
 
 
 def straight_and_along(vertices: Floats, topology: Topology) -> tuple[Floats, Floats]:
-    """(e,) mm between the ends of the edges of faces (m, 3): straight, and along the surface that vertices sample.
+    """Return the edge lengths (e,) mm, straight and along the surface.
 
     Both between the points of the surface that the vertices (n, 3) mm stand for.
+    topology: of faces (m, 3).
     """
     edges = topology.edges
     points, jets = _points_of_surface(vertices, topology)
@@ -46,11 +51,12 @@ def straight_and_along(vertices: Floats, topology: Topology) -> tuple[Floats, Fl
 
 
 def _points_of_surface(vertices: Floats, topology: Topology) -> tuple[Floats, Jets]:
-    """The points (n, 3) mm of the surface that vertices (n, 3) mm stand for, and the patches round them.
+    """Return the surface points of vertices, and the patches round them.
 
-    Vertices that decimation has put outside of a bend are put back. Noise makes every way longer, the more the closer
-    the vertices lie: where that brings the faces nearer to unfolding, all are put on their patches, and on patches
-    fitted to those again. But not beside creases, which that would round off.
+    Vertices that decimation has put outside of a bend are put back. Noise makes every path longer, the more the closer
+    the vertices are: where that brings the faces nearer to unfolding, all are put on their patches, and on patches
+    fitted to those again. But not next to creases, which that would round off.
+    vertices: (n, 3) mm. Returns points (n, 3) mm.
     """
     faces, edges = topology.faces, topology.edges
     rings = rings_of(vertices, faces, edges)
@@ -80,9 +86,9 @@ def _on_patches(points: Floats, jets: Jets, chosen: Ints) -> Floats:
 
 
 def _angle_defect(points: Floats, topology: Topology) -> float:
-    """rad by which the angles of faces (m, 3) round the inner ones of points (n, 3) miss 2π, in total.
+    """Return by how much the angles round inner points miss 2π, rad.
 
-    0 where the faces by themselves unfold into a plane.
+    In total, over points (n, 3) and faces (m, 3). 0 where the faces alone unfold into a plane.
     """
     angles = corner_angles(topology.faces, topology.sides, straight_lengths(points, topology.edges))
     missing = 2.0 * np.pi - np.bincount(topology.faces.ravel(), angles)
@@ -98,11 +104,13 @@ def _fitted_again(jets: Jets, points: Floats, rings: Rings, chosen: Ints, noise:
 
 
 def _steepest_bend(jets: Jets, edges: Ints) -> float:
-    """rad by which the normals of a bend turn along an edge (e, 2) at most; more is a crease.
+    """Return the greatest rotation of normals along an edge of a bend, rad.
 
-    Patches pass by their vertices because of noise, and because no quadratic follows a steep bend: of that neighbours
-    lie to the same side of their patches. Where they do so no more often than by chance, noise is the greater part, and
-    the turns of bends, too, may be more than CREASE: up to SIGMAS robust standard deviations of all turns, about 0.
+    A greater one is a crease. Patches pass by their vertices because of noise, and because no quadratic follows a steep
+    bend: there neighbours lie on the same side of their patches. Where they do so no more often than by chance, noise
+    is the greater part, and the rotations of bends, too, may be more than CREASE: up to SIGMAS robust standard
+    deviations of all of them, about 0.
+    edges: (e, 2).
     """
     alike = jets.offsets[edges].prod(axis=1) > 0.0
     if alike.mean() > 0.5 + SIGMAS * 0.5 / sqrt(len(edges)):
@@ -111,8 +119,12 @@ def _steepest_bend(jets: Jets, edges: Ints) -> float:
 
 
 def _beside_no_crease(points: Floats, jets: Jets, edges: Ints, steepest: float) -> Ints:
-    """The vertices at points (n, 3) mm none of whose edges (e, 2) goes over a crease or turns by more than the steepest
-    bend, rad."""
+    """Return the vertices none of whose edges crosses a crease.
+
+    Nor does an edge rotate the normal by more than the steepest bend, rad.
+    points: (n, 3) mm.
+    edges: (e, 2).
+    """
     over = _over_creases(points, jets.normals, jets.forms, edges) > 0.0
     beside = (jets.normals == 0.0).all(axis=1)  # nor is a vertex without a face
     beside[edges[over | (_turns(jets.normals, edges) > steepest)]] = True
@@ -120,13 +132,21 @@ def _beside_no_crease(points: Floats, jets: Jets, edges: Ints, steepest: float) 
 
 
 def _turns(normals: Floats, edges: Ints) -> Floats:
-    """(e,) rad between the normals (n, 3) at the ends of edges (e, 2)."""
+    """Return the angles (e,) rad between the normals at the ends of edges.
+
+    normals: (n, 3).
+    edges: (e, 2).
+    """
     cosines = (normals[edges[:, 0]] * normals[edges[:, 1]]).sum(axis=1)
     return np.asarray(np.arccos(np.clip(cosines, -1.0, 1.0)))
 
 
 def estimate_noise_sigma(vertices: Floats, rings: Rings) -> float:
-    """Standard deviation of the vertices (n, 3) off the surface, mm, from patches that are not tied to their vertex."""
+    """Estimate the noise of vertices off the surface, mm.
+
+    The standard deviation, from patches that are not tied to their vertex.
+    vertices: (n, 3).
+    """
     size = max(float(axis.max() - axis.min()) for axis in vertices.T)
     used = np.flatnonzero(np.diff(rings.around.start))
     from_centre = ((vertices[used] - vertices[used].mean(axis=0)) ** 2).sum(axis=1)  # whatever their numbers are
@@ -140,7 +160,11 @@ def estimate_noise_sigma(vertices: Floats, rings: Rings) -> float:
 
 @numba.njit(cache=True, error_model="numpy")
 def bent_lengths(points: Floats, normals: Floats, edges: Ints) -> Floats:
-    """(e,) mm between points (n, 3) on a surface that bends evenly from one to the other; unit normals (n, 3) there."""
+    """Return distances (e,) mm on a surface that bends evenly.
+
+    points, normals: (n, 3), unit normals.
+    edges: (e, 2).
+    """
     lengths, way = np.empty(len(edges)), np.empty(3)
     for k in range(len(edges)):
         a, b = edges[k, 0], edges[k, 1]
@@ -151,9 +175,11 @@ def bent_lengths(points: Floats, normals: Floats, edges: Ints) -> Floats:
 
 @numba.njit(cache=True, error_model="numpy")
 def _over_creases(points: Floats, normals: Floats, forms: Floats, edges: Ints) -> Floats:
-    """(e,) mm over the crease that each of edges (e, 2) goes over, 0 without one.
+    """Return lengths (e,) mm over creases, 0 for edges that cross none.
 
-    The patches round points (n, 3) mm have normals (n, 3) and forms (n, 3, 3).
+    points: (n, 3) mm.
+    normals, forms: (n, 3) and (n, 3, 3), of the patches round them.
+    edges: (e, 2).
     """
     lengths, way, fold = np.zeros(len(edges)), np.empty(3), np.empty(3)
     for k in range(len(edges)):
@@ -177,9 +203,9 @@ def _set_way(start: Floats, end: Floats, way: Floats) -> float:
 
 @numba.njit(cache=True, error_model="numpy")
 def _bent(start: float, end: float) -> float:
-    """Length over straight distance of the cubic that leaves and arrives along two tangent planes.
+    """Return length over chord of a cubic between two tangent planes.
 
-    start and end are the cosines of the way with the normals of both.
+    start, end: cosines of the chord with the normals of both.
     """
     rise, sink = -asin(min(max(start, -1.0), 1.0)), asin(min(max(end, -1.0), 1.0))
     return 1.0 + (2.0 * rise**2 + rise * sink + 2.0 * sink**2) / 30.0
@@ -189,9 +215,12 @@ def _bent(start: float, end: float) -> float:
 def _over_crease(
     way: Floats, chord: float, start: Floats, end: Floats, form: Floats, other: Floats, fold: Floats
 ) -> float:
-    """mm from one patch to the other, both laid into one plane round the line in which they meet; 0 without a crease.
+    """Return the length over the crease between two patches, mm.
 
-    way (3,) is the direction to the other end; start, end (3,) are the normals; fold (3,) is written over.
+    Both are unfolded into one plane round the line in which they meet; 0 without a crease.
+    way: (3,), direction to the other end.
+    start, end: (3,), normals.
+    fold: (3,), overwritten.
     """
     for p in range(3):
         m, n = (p + 1) % 3, (p + 2) % 3
@@ -217,10 +246,12 @@ def _over_crease(
 
 @numba.njit(cache=True, error_model="numpy")
 def _meet(x: float, y: float, turn: float, first: float, second: float) -> tuple[float, float]:
-    """How far two curves run till they meet: one from (0, 0) along (1, 0), one from (x, y) back, turned down by `turn`.
+    """Return how far two curves run until they meet.
 
-    first and second are their curvatures upwards. Negative where they do not meet between the ends. Paper rises to its
-    spine the steeper the nearer it is; a patch that turns down to a crease has only taken in points from beyond.
+    One runs from (0, 0) along (1, 0), one from (x, y) back, turned down by `turn`. Negative where they do not meet
+    between the ends. Paper rises to its spine the steeper the nearer it is; a patch that turns down to a crease has
+    only taken in points from beyond.
+    first, second: their curvatures upwards.
     """
     c, s = cos(turn), sin(turn)
     far = -y / s

@@ -1,4 +1,7 @@
-"""Which faces of a mesh meet in which edges, from the faces alone: each table is made once, when it is first read."""
+"""Edges and faces of a mesh, from the faces alone.
+
+Each table is made once, when it is first read.
+"""
 
 from __future__ import annotations
 
@@ -29,32 +32,44 @@ class Topology:
 
     @property
     def edges(self) -> Ints:
-        """(e, 2): each edge once, the smaller vertex first, in ascending order."""
+        """Return the edges (e, 2), each once, in ascending order.
+
+        The smaller vertex comes first.
+        """
         return self.sides.edges
 
     @cached_property
     def face_counts(self) -> Ints:
-        """(e,) how many faces meet in each edge."""
+        """Return how many faces meet in each edge, (e,)."""
         return np.diff(self.sides.first)
 
     @cached_property
     def border(self) -> Ints:
-        """(b,) the ends of edges of one face only, in ascending order."""
+        """Return the ends of edges of one face only, (b,), ascending."""
         return np.unique(self.edges[self.face_counts == 1])
 
     @cached_property
     def inner(self) -> Mask:
-        """(n,) whether a vertex, up to the last that a face uses, has edges, and all of them two faces."""
+        """Return whether each vertex has edges, and all of them two faces.
+
+        Returns (n,), up to the last vertex that a face uses.
+        """
         return inner_vertices(self.sides, int(self.faces.max(initial=-1)) + 1)
 
     @cached_property
     def pieces(self) -> Ints:
-        """(m,) the connected piece of each face; faces that share a vertex are of one."""
+        """Return the connected piece (m,) of each face.
+
+        Faces that have a vertex in common are of one piece.
+        """
         return piece_of_faces(self.faces)
 
     @cached_property
     def is_disc(self) -> bool:
-        """Whether a connected mesh has one border and no handle: V − E + F = 1, no border vertex met twice."""
+        """Return whether a connected mesh has one border and no handle.
+
+        V − E + F = 1, and no border vertex is met twice.
+        """
         ends = np.bincount(self.edges[self.face_counts == 1].ravel())
         simple = bool(self.face_counts.max() <= 2 and (ends[self.border] == 2).all())
         return simple and len(np.unique(self.faces)) - len(self.edges) + len(self.faces) == 1

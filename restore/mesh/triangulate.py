@@ -18,10 +18,10 @@ MIN_PIECE_SHARE = 0.02  # of the faces of the largest connected piece: smaller p
 
 
 def lattice(inside: Mask, stride: int) -> tuple[Floats, Ints]:
-    """Triangulate the masked part of a grid with one node every `stride` samples.
+    """Triangulate the masked part of a grid, a node every `stride` samples.
 
     The border follows the outline, half a sample beyond the outermost samples, since the sheet ends somewhere between
-    those and their neighbours: nodes just inside are moved out to it, and where there are none, the next ones outside
+    those and their neighbours: nodes just inside are moved out to it, and where they are missing, the next ones outside
     are moved in.
     Returns nodes (n, 2) as (row, col) and faces (m, 3), counter-clockwise in the scanner's view.
     """
@@ -41,14 +41,20 @@ def lattice(inside: Mask, stride: int) -> tuple[Floats, Ints]:
 
 
 def _scraps(faces: Ints) -> Mask:
-    """(m,) True for the faces (m, 3) of pieces so small that they are none of the sheet: a few beside a thin tip."""
+    """Return the faces (m,) of pieces too small to belong to the sheet.
+
+    faces: (m, 3). A few such faces lie next to a thin tip.
+    """
     piece = piece_of_faces(faces)
     sizes = np.bincount(piece, minlength=1)
     return np.asarray(sizes[piece] < MIN_PIECE_SHARE * sizes.max())
 
 
 def _nearest(wanted: Mask, rows: Ints, cols: Ints) -> Floats:
-    """(…, 2) position of the wanted sample nearest to each grid position; infinite when there is none."""
+    """Return the wanted sample nearest to each grid position, (…, 2).
+
+    Infinite when no sample is wanted.
+    """
     if not wanted.any():
         return np.full((*np.broadcast_shapes(rows.shape, cols.shape), 2), np.inf)
     nearest = distance_transform_edt(~wanted, return_distances=False, return_indices=True)
@@ -71,7 +77,10 @@ def _triangles(nodes: Floats, usable: Mask, stride: int) -> tuple[Floats, Ints]:
 
 
 def _hanging(faces: Ints) -> Mask:
-    """(m,) True for the faces (m, 3) that only a corner joins to a larger part: nothing tells how they are turned."""
+    """Return the faces (m,) that only a corner joins to a larger part.
+
+    faces: (m, 3). Nothing determines their rotation.
+    """
     sides = sides_of(faces)
     shared = sides.first[:-1][np.diff(sides.first) == 2]
     part = components(np.stack([sides.at[shared], sides.at[shared + 1]], axis=1) // 3, len(faces))
@@ -82,7 +91,10 @@ def _hanging(faces: Ints) -> Mask:
 
 
 def _heights(nodes: Floats, faces: Ints) -> Floats:
-    """(m,) least height of each triangle, in samples, negative where it runs clockwise."""
+    """Return the least height (m,) of each triangle, in samples.
+
+    Negative where it runs clockwise.
+    """
     p, q, r = (nodes[faces[:, k]] for k in range(3))
     doubled = (q[:, 0] - p[:, 0]) * (r[:, 1] - p[:, 1]) - (q[:, 1] - p[:, 1]) * (r[:, 0] - p[:, 0])
     longest = np.max([np.linalg.norm(a - b, axis=1) for a, b in ((p, q), (q, r), (r, p))], axis=0)
@@ -96,7 +108,10 @@ def compact(values: NDArray[Any], faces: Ints) -> tuple[NDArray[Any], Ints]:
 
 
 def triangulate(scan: RangeScan) -> SurfaceMesh:
-    """The mesh of the neighbouring measured samples of a scan, without filling or smoothing."""
+    """Triangulate the measured samples of a scan.
+
+    Only neighbouring ones, without filling or smoothing.
+    """
     measured = scan.measured
     rows, cols = np.indices(measured.shape)
     nodes, faces = _triangles(np.dstack([rows, cols]).astype(float), measured, 1)

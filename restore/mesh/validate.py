@@ -1,4 +1,4 @@
-"""Valid meshes: checked once, their faces oriented, with the tables that the later steps need."""
+"""Valid meshes: checked once, oriented, with their tables."""
 
 from __future__ import annotations
 
@@ -18,14 +18,13 @@ FARTHEST_MM = 1e60  # whatever the unit: lengths are multiplied by each other up
 
 @dataclass(frozen=True, eq=False)
 class ValidMesh(SurfaceMesh):
-    """A surface mesh that is valid by construction: making one, also by `dataclasses.replace`, checks its arrays.
+    """Surface mesh that is valid by construction.
 
-    Faces that name a vertex twice are left out, since they have no area, and so are copies of a face; the others run
-    counter-clockwise on the printed side.
-
-    topology  which faces meet in which edges.
-    normals   (m, 3) of the faces, mm², twice as long as their areas.
-    Raises BadInput for arrays that are no triangle mesh, NotEnoughSurface for one without faces or area.
+    Making one, also by `dataclasses.replace`, checks its arrays. Faces that name a vertex twice are dropped, since they
+    have no area, and so are copies of a face; the others run counter-clockwise on the printed side.
+    topology: which faces meet in which edges.
+    normals: (m, 3), of the faces, mm², twice as long as their areas.
+    Raises BadInput for arrays that are not a triangle mesh, NotEnoughSurface for one without faces or area.
     """
 
     topology: Topology = field(init=False)
@@ -44,9 +43,9 @@ class ValidMesh(SurfaceMesh):
 
 
 def validated(mesh: SurfaceMesh) -> ValidMesh:
-    """The mesh as a valid one; the same object when it is one already.
+    """Return the mesh as a valid one; the same object if it is one.
 
-    Raises BadInput for arrays that are no triangle mesh, NotEnoughSurface for one without faces or area.
+    Raises BadInput for arrays that are not a triangle mesh, NotEnoughSurface for one without faces or area.
     """
     if isinstance(mesh, ValidMesh):
         return mesh
@@ -71,7 +70,10 @@ def _checked(mesh: SurfaceMesh) -> SurfaceMesh:
 
 
 def _improper(faces: Ints, sides: Sides) -> Mask:
-    """(m,) the faces that name a vertex twice, and those with the same three vertices as one before them."""
+    """Return the faces (m,) that are degenerate or copies.
+
+    They name a vertex twice, or have the same three vertices as one before them.
+    """
     improper: Mask = np.any((sides.edge < 0).reshape(-1, 3), axis=1)
     counts = np.diff(sides.first)
     edge, face = np.repeat(np.arange(len(counts)), counts), sides.at // 3
@@ -84,9 +86,11 @@ def _improper(faces: Ints, sides: Sides) -> Mask:
 
 
 def _turned_copies(vertices: Floats, faces: Ints, left_out: Mask) -> Ints:
-    """Faces (m, 3), of which those with a copy that is left out (m,) run round as the faces about them do.
+    """Return the faces, oriented as their neighbours where they have a copy.
 
-    A decimator leaves both sides of a flap, joined to the sheet by one edge: nothing but its normal tells which is up.
+    Only those with a copy that is left out (m,) change. A decimator leaves both sides of a flap, joined to the sheet by
+    one edge: only its normal shows which is up.
+    faces: (m, 3).
     """
     named = np.zeros(len(vertices), bool)
     named[faces[left_out]] = True
@@ -104,7 +108,10 @@ def _turned_copies(vertices: Floats, faces: Ints, left_out: Mask) -> Ints:
 
 
 def _declared_types(mesh: SurfaceMesh) -> tuple[Floats, Ints]:
-    """Vertices (n, 3) float64 and faces (m, 3) int64. Raises BadInput for what is no mesh of triangles."""
+    """Return vertices (n, 3) float64 and faces (m, 3) int64.
+
+    Raises BadInput for arrays that are not a mesh of triangles.
+    """
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
         shapes = f"vertices {vertices.shape} and faces {faces.shape}"

@@ -1,4 +1,7 @@
-"""Limits of floating-point arithmetic: what replaces a divisor of zero, far below every quantity that is divided by."""
+"""Limits of floating-point arithmetic.
+
+They replace a divisor of zero and are far below every quantity that is divided by.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ TINY = 1e-300
 SQUARE_TINY = 1e-30  # of what is squared again before it is divided by
 SMALL = 1e-12  # of lengths in mm and their squares: particles at one place
 SINGLE_PRECISION = 2.0**-23  # of a length: files of meshes hold no more digits
-SINGLE_TINY = 1e-6  # of light, shares and areas in pixels in single precision, whose least step near 1 is 1e-7
+SINGLE_TINY = 1e-6  # of light, fractions and areas in pixels in single precision, whose least step near 1 is 1e-7
 
 # Decorates what takes coordinates of any size: the infinity or NaN that it returns is looked for, as a kernel's is.
 overflows_silently = np.errstate(over="ignore", invalid="ignore")

@@ -8,9 +8,10 @@ from restore.scan import Floats
 
 
 def theil_sen(x: Floats, y: Floats) -> tuple[float, float]:
-    """Return slope and offset of the line y = slope · x + offset in the median of all pairs of points (n,), (n,).
+    """Return slope and offset of the line y = slope · x + offset.
 
-    Up to 29 % of the points may be outliers (Theil 1950, Sen 1968). Points of one x have no slope.
+    The median over all pairs of points (n,), (n,): up to 29 % of the points may be outliers (Theil 1950, Sen 1968).
+    Points of one x have no slope.
 
     >>> theil_sen(np.arange(5.0), np.array([1.0, 3.0, 5.0, 7.0, 90.0]))
     (2.0, 1.0)

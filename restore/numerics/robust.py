@@ -15,10 +15,16 @@ MAD_TO_SIGMA = 1.4826
 
 
 def robust_sigma(residuals: NDArray[Any]) -> float:
-    """The standard deviation of residuals (…) about 0, in their unit, of which up to half may be outliers."""
+    """Return the standard deviation of residuals (…) about 0.
+
+    In their unit; up to half of them may be outliers.
+    """
     return MAD_TO_SIGMA * float(np.median(np.abs(residuals)))
 
 
 def robust_sigmas(residuals: NDArray[Any]) -> Floats:
-    """(k,) standard deviations of the columns of residuals (n, k) about 0, of which up to half may be outliers."""
+    """Return the standard deviations (k,) of the columns about 0.
+
+    residuals: (n, k), of which up to half may be outliers.
+    """
     return np.asarray(MAD_TO_SIGMA * np.median(np.abs(residuals), axis=0))

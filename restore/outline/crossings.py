@@ -1,7 +1,8 @@
-"""Where the outline passes between samples, and where a straight side separates those on the page from those beyond.
+"""Crossings of the outline between samples, and sides that separate them.
 
-Each crossing tells the side to a sample. Where the side stands askew in the picture it passes by the samples at all
-distances, and of those on the page the outermost, of those beyond the innermost tell its place to a small part of one.
+A straight side separates the samples on the page from those beyond. Each crossing gives the side to a sample. Where the
+side is oblique in the image it passes by the samples at all distances, and of those on the page the outermost, of those
+beyond the innermost give its place to a small part of one.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from restore.scan import Floats, Ints, Mask
 REACHES = (1.0, 0.1)  # samples to either side of the mean of the crossings, and then of the place that is found
 PLACES = 41  # within a reach: a twentieth of a sample apart, and then a two hundredth
 RAGGED = np.array([0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005])  # samples an outline may scatter by, no layout is surer
-WRONG = 0.2  # of the samples are taken to be lost beside ink, or specks of the table, whatever their distance
+WRONG = 0.2  # of the samples are assumed to be lost next to ink, or specks of the table, whatever their distance
 # samples by which all along a row seem too far in or out. Against simulated truth a side is off by 0.15 where it
 # crosses no row, by 0.05 where it crosses two, by 0.01 with five: it passes by samples at all distances then.
 SHARED = 0.2
@@ -44,12 +45,16 @@ class Crossings(NamedTuple):
 
     @property
     def places(self) -> Floats:
-        """(k, 2) mm: the flat positions half-way."""
+        """Return the flat positions (k, 2) mm half-way."""
         return np.asarray(self.samples.mean(axis=1))
 
 
 def crossings_of(sheet: Sheet, page: PageOnGrid, border: Ints, jacobians: Floats) -> Crossings:
-    """All k crossings of a page with vertices (b,) on its border; jacobians (b, 2, 2) are those there."""
+    """Return all k crossings of a page.
+
+    border: (b,), vertices on it.
+    jacobians: (b, 2, 2), those there.
+    """
     first = [np.argwhere(np.diff(sheet.inside, axis=axis)) for axis in (0, 1)]
     steps = np.repeat(np.eye(2, dtype=int), [len(one) for one in first], axis=0)
     places = np.concatenate(first)[:, None] + np.stack([np.zeros_like(steps), steps], axis=1)
@@ -68,7 +73,10 @@ def where(crossings: Crossings, chosen: Mask) -> Crossings:
 
 
 class PictureEdge(NamedTuple):
-    """Where the colour picture shows a side: its offset along the side's normal, and what that may be off by, mm."""
+    """A side as the colour image shows it.
+
+    It has an offset along the side's normal, and the standard deviation of that, mm.
+    """
 
     offset: float
     sigma: float
@@ -77,9 +85,9 @@ class PictureEdge(NamedTuple):
 class Separation(NamedTuple):
     """How a line separates the samples on the page from those beyond.
 
-    offset          mm along its normal.
-    log_likelihood  of the likeliest offset, comparable between normals that all were seen, or none.
-    right           share of the samples that lie on their side of it, or not farther beyond it than CLOSE.
+    offset: mm along its normal.
+    log_likelihood: of the likeliest offset, comparable between normals that all were seen, or all were not.
+    right: fraction of the samples that are on their side of it, or at most CLOSE beyond it.
     """
 
     offset: float
@@ -88,11 +96,14 @@ class Separation(NamedTuple):
 
 
 def separate(crossings: Crossings, normal: Floats, seen: PictureEdge | None = None) -> Separation:
-    """How the straight side with a unit normal (2,) that points outwards separates the samples of k crossings.
+    """Return how the straight side with a given normal separates samples.
 
-    Its offset is the mean over all places, each weighed by its likelihood, however ragged the outline is, and by where
+    Its offset is the mean over all places, each weighted by its likelihood, however ragged the outline is, and by where
     the side was seen. A chance that a sample is wrong, whatever its distance, keeps lost ones from drawing a side in
-    that stands askew. Along a row samples err together: however many they are, they do not outvote the picture there.
+    that is oblique. Along a row samples have a common error: however many they are, they do not outvote the image
+    there.
+    crossings: k of them.
+    normal: (2,), unit vector that points outwards.
     """
     shared = 0.0 if seen is None else _shared_error(crossings)
     across = crossings.samples @ normal
@@ -121,18 +132,30 @@ def separate(crossings: Crossings, normal: Floats, seen: PictureEdge | None = No
 
 
 def _normal_density(x: NDArray[np.floating[Any]]) -> Floats:
-    """Density of the standard normal distribution; importing scipy.stats for it takes longer than its use."""
+    """Return the density of the standard normal distribution.
+
+    Importing scipy.stats for it takes longer than its use.
+    """
     return np.asarray(np.exp(-(x**2) / 2.0) / np.sqrt(2.0 * np.pi))
 
 
 def _shared_error(crossings: Crossings) -> float:
-    """Samples by which those of k crossings err together: the less, the more rows, or columns, the side crosses."""
+    """Return the common error of the samples of k crossings, samples.
+
+    The more rows, or columns, the side crosses, the less it is.
+    """
     crossed = sqrt(12.0) * float(crossings.nodes.std(axis=0).min())  # of an even spread over them
     return SHARED / (1.0 + crossed)
 
 
 def _log_likelihood(places: Floats, across: Floats, per_mm: Floats) -> Floats:
-    """(r, p) that of a side at each place (p,) mm for each of RAGGED (r,); across (k, 2) mm, per_mm (k, 1) samples."""
+    """Return the log-likelihood of a side at each place for each of RAGGED.
+
+    places: (p,) mm.
+    across: (k, 2) mm.
+    per_mm: (k, 1), samples.
+    Returns (r, p), for RAGGED (r,).
+    """
     # Samples by which one lies within a side at this place, in single precision, which takes a quarter of the time.
     within = ((places[:, None, None] - across) * per_mm * [1.0, -1.0]).astype(np.float32)
     agree = np.tanh(within / (2.0 * RAGGED).astype(np.float32)[:, None, None, None])  # from −1 to 1, a logistic step

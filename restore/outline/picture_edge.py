@@ -1,7 +1,7 @@
-"""Where the colour picture shows a straight side of the page.
+"""Straight sides of the page in the colour image.
 
-A page that lies straight under the scanner has sides along a row of samples, and no sample tells where between two rows
-one is. In the colour picture it cuts through pixels, and each is as light as the paper's share of it: the light across
+A page that lies straight under the scanner has sides along a row of samples, and no sample shows where between two rows
+one is. In the colour image it cuts through pixels, and each is as light as the paper's fraction of it: the light across
 the side adds up to as much as a sharp step would, whatever the lens has blurred (partial area effect, Trujillo-Pino et
 al., "Accurate subpixel edge location based on partial area effect", 2013).
 """
@@ -24,10 +24,10 @@ from restore.scan import Bytes, Floats, Mask
 # are a root, white paper on a black table ends 0.3 farther out.
 SHOWN = 0.1
 REACH = 4.0  # pixels, or half as many samples, to either side: a step of both, and room for two plateaus
-PROFILE = (np.arange(64) + 0.5) / 32 - 1.0  # shares of the reach: the middles of eighths of a pixel
+PROFILE = (np.arange(64) + 0.5) / 32 - 1.0  # fractions of the reach: the centres of eighths of a pixel
 PLATEAU = 12  # places at either end of a profile that show paper, and table: a pixel and a half
 LEVEL = 0.15  # of the step: plateaus with more range hold print or a shadow
-LEAST_STEP = 20.0  # codes: a dozen times the noise of one pixel, or more
+MIN_STEP = 20.0  # codes: a dozen times the noise of one pixel, or more
 MOST = 1.0  # samples from the crossing: a step farther off is another
 CUT = 0.5  # samples more, where a mesh was cut: its last vertices lie anywhere within a spacing of the paper's edge
 EVEN = 1.0  # codes between the 10th and 90th percentile: a camera's noise has more, what an atlas leaves empty has not
@@ -35,11 +35,11 @@ CLEAR = 0.5  # of the crossings, at least, show a step
 
 
 class PictureSteps(NamedTuple):
-    """The crossings beside which the picture steps from paper to table, moved there.
+    """Crossings next to which the image steps from paper to table.
 
-    places  those crossings; either of their samples lies on the step.
-    pixel   mm of the page that one of the picture shows, in the mean.
-    paper, table  the light on either side, median codes.
+    places: those crossings; either of their samples lies on the step, moved there.
+    pixel: mm of the page that one of the image shows, in the mean.
+    paper, table: the light on either side, median codes.
     """
 
     places: Crossings
@@ -48,7 +48,10 @@ class PictureSteps(NamedTuple):
     table: float
 
     def shows_table(self, texture: Bytes, pixels: Floats) -> Mask:
-        """(k,) whether a texture at pixels (k, 2) is nearer to the table's light than to the paper's."""
+        """Return where a texture is nearer to the table's light than paper's.
+
+        pixels: (k, 2). Returns (k,) bool.
+        """
         if not len(pixels):  # which OpenCV refuses
             return np.zeros(0, bool)
         light = _grey(texture, pixels[:, None].astype(np.float32))[:, 0]
@@ -56,10 +59,12 @@ class PictureSteps(NamedTuple):
 
 
 def edge_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> PictureEdge | None:
-    """The side with a unit normal (2,) that points outwards, by the picture at k crossings; None where it is not clear.
+    """Return the side with a given normal by the image at k crossings.
 
-    Its standard deviation is that of a single crossing, not of their mean: a shadow or print beside the side moves many
-    of them alike.
+    Its standard deviation is that of a single crossing, not of their mean: a shadow or print next to the side moves
+    many of them alike.
+    normal: (2,), unit vector that points outwards.
+    Returns None where the side is not clear.
     """
     steps = steps_in_picture(sheet, crossings, normal)
     if steps is None:
@@ -70,10 +75,12 @@ def edge_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> Pictu
 
 
 def steps_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> PictureSteps | None:
-    """The steps along a unit normal (2,) that points outwards; None unless CLEAR of k crossings show one.
+    """Return the steps along a normal, if enough crossings show one.
 
-    An atlas, as a mesh may have for a picture, ends some pixels beyond the mesh before what it leaves empty: no step of
-    paper.
+    An atlas, as a mesh may have for a picture, ends some pixels beyond the mesh before what it leaves empty: that is
+    not a step of paper.
+    normal: (2,), unit vector that points outwards.
+    Returns None unless CLEAR of k crossings show a step.
     """
     if sheet.scan.texture is None or not len(crossings.nodes):
         return None
@@ -96,9 +103,10 @@ def steps_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> Pict
 
 
 def _pixels(sheet: Sheet, crossings: Crossings, normal: Floats) -> tuple[Floats, Floats]:
-    """(k, 2) texture pixels x, y of the crossings, and (k, 2) how far they move for a millimetre along the normal.
+    """Return the texture pixels of crossings, and how they move.
 
-    Told from a sample and two inside the page: a mesh has no texture positions beyond its end.
+    Both (k, 2), x and y; they move for a millimetre along the normal. Determined from a sample and two inside the page:
+    a mesh has no texture positions beyond its end.
     """
     ahead = crossings.jacobians @ normal
     sample = ahead / np.linalg.norm(ahead, axis=1)[:, None]
@@ -107,22 +115,29 @@ def _pixels(sheet: Sheet, crossings: Crossings, normal: Floats) -> tuple[Floats,
 
 
 def _profiles(texture: Bytes, pixels: Floats, reach: Floats) -> Floats:
-    """(k, 64) the light of a texture along PROFILE at pixels (k, 2), towards a reach (k, 2) pixels away."""
+    """Return the light (k, 64) of a texture along PROFILE at pixels.
+
+    pixels: (k, 2).
+    reach: (k, 2), pixels to the end of the profile.
+    """
     return _grey(texture, (pixels[:, None] + PROFILE[:, None] * reach[:, None]).astype(np.float32))
 
 
 def _grey(texture: Bytes, at: NDArray[np.float32]) -> Floats:
-    """(k, m) the light of a texture at pixels (k, m, 2)."""
+    """Return the light (k, m) of a texture at pixels (k, m, 2)."""
     colours = cv2.remap(texture, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(cv2.cvtColor(colours, cv2.COLOR_RGB2GRAY), np.float64)
 
 
 def _steps(profiles: Floats) -> tuple[Floats, Mask, Floats, Floats]:
-    """(k,) where profiles (k, 64) step, as shares of the reach, which clearly do, and the light of paper and table."""
+    """Return where profiles (k, 64) step, as fractions of the reach.
+
+    Returns also which clearly do, and the light of paper and table, each (k,).
+    """
     ends = profiles[:, :PLATEAU], profiles[:, -PLATEAU:]
     paper, table = (np.median(end, axis=1) for end in ends)
     step = np.abs(paper - table)
-    clear = (step > LEAST_STEP) & (np.maximum(*(np.ptp(end, axis=1) for end in ends)) < LEVEL * step)
+    clear = (step > MIN_STEP) & (np.maximum(*(np.ptp(end, axis=1) for end in ends)) < LEVEL * step)
     of_paper = (profiles - table[:, None]) / np.where(clear, paper - table, np.inf)[:, None]
     # A shadow darker than both, or a gleam, would count as paper that is missing, or as more of it.
     clear &= (of_paper.min(axis=1) > -LEVEL) & (of_paper.max(axis=1) < 1.0 + LEVEL)

@@ -8,26 +8,30 @@ import numpy as np
 from restore.scan import Floats
 
 MIN_RECTANGLE_FILL = 0.95  # of its bounding rectangle: a page that fills less is torn or not rectangular
-MIN_TORN_FILL = 0.8  # of it, with a corner torn off: a larger one takes two thirds of both sides beside it
-MIN_WHOLE_SIDE = 0.85  # straight share of the two sides that a torn corner leaves whole: dents take a part of them
+MIN_TORN_FILL = 0.8  # of it, with a corner torn off: a larger one takes two thirds of both adjacent sides
+MIN_WHOLE_SIDE = 0.85  # straight fraction of the two sides that a torn corner leaves whole: dents take a part of them
 MIN_TORN_SIDE = 0.3  # and of the other two: a corner of a fifth leaves a third of each; of a slanting side 0.1 is near
 SIDE_BAND_MM = 2.0  # outline points this near to a side belong to it
 TIP_SHARE = 0.02  # of the outline points: a tip has fewer; more, in all, are the corners of a page with pointed ones
 BINS = 20  # of a side: outlines of pages have a few points in each
-TRIMS = 2  # a tip may turn the rectangle from which the first is told
+TRIMS = 2  # a tip may rotate the rectangle that the first starts from
 CORNER_SHARE = 0.05  # of a side at either end is left out: there it may be rounded or dog-eared
 
 
 def fills_rectangle(outline: Floats, area: float) -> bool:
-    """True when a page of `area` mm² with outline (n, 2) mm is a rectangle up to rough sides, tips and dog-ears."""
+    """Return whether a page is a rectangle up to rough sides and dog-ears.
+
+    outline: (n, 2) mm, of a page of `area` mm².
+    """
     _, (width, height), _ = cv2.minAreaRect(_without_tips(outline).astype(np.float32))
     return bool(area >= MIN_RECTANGLE_FILL * width * height)
 
 
 def has_straight_sides(outline: Floats, area: float) -> bool:
-    """True when a page of `area` mm² with outline (n, 2) mm is a rectangle, up to a corner that may be torn off.
+    """Return whether a page is a rectangle, up to a corner torn off.
 
-    The two sides away from that corner are straight all along then, and of those beside it what is left.
+    The two sides away from that corner are then straight all along, and of those next to it the rest.
+    outline: (n, 2) mm, of a page of `area` mm².
     """
     if fills_rectangle(outline, area):
         return True
@@ -41,7 +45,10 @@ def has_straight_sides(outline: Floats, area: float) -> bool:
 
 
 def _straight_shares(outline: Floats) -> Floats:
-    """(2, 2) shares of the low and the high side, across x and y, along which the axis-aligned outline (n, 2) lies."""
+    """Return the straight fractions of the low and the high side.
+
+    Across x and y, for an axis-aligned outline (n, 2). Returns (2, 2).
+    """
     low, high = outline.min(axis=0), outline.max(axis=0)
     shares = np.zeros((2, 2))
     for across in (0, 1):
@@ -54,7 +61,10 @@ def _straight_shares(outline: Floats) -> Floats:
 
 
 def squaring_rotation(outline: Floats, area: float) -> Floats:
-    """(2, 2) rotation, by at most 45°, that aligns the outline (n, 2) mm of a page of `area` mm² with the axes."""
+    """Return the rotation that aligns the outline of a page with the axes.
+
+    outline: (n, 2) mm, of a page of `area` mm². Returns (2, 2), by at most 45°.
+    """
     if not has_straight_sides(outline, area):
         return np.eye(2)
     outline = _without_tips(outline)
@@ -64,7 +74,11 @@ def squaring_rotation(outline: Floats, area: float) -> Floats:
 
 
 def page_size(outline: Floats) -> tuple[float, float]:
-    """Width and height in mm of a page with axis-aligned outline (n, 2), between the medians of opposite sides."""
+    """Return width and height of a page, mm.
+
+    They are between the medians of opposite sides.
+    outline: (n, 2), axis-aligned.
+    """
     outline = _without_tips(outline)
     low, high = outline.min(axis=0), outline.max(axis=0)
     extent = high - low
@@ -93,7 +107,10 @@ def _without_tips(outline: Floats) -> Floats:
 
 
 def _band(extent: float) -> float:
-    """mm from a side within which outline points belong to it: on a narrow page those of the other side are near."""
+    """Return the distance from a side within which points belong to it, mm.
+
+    On a narrow page the points of the other side are near.
+    """
     return min(SIDE_BAND_MM, extent / 4)
 
 
@@ -102,7 +119,10 @@ def _rotation(angle: float) -> Floats:
 
 
 def _mean_tilt(outline: Floats) -> float:
-    """The mean angle in radians of the four sides with the axes, each side weighted by its number of points."""
+    """Return the mean angle of the four sides with the axes, radians.
+
+    Each side is weighted by its number of points.
+    """
     low, high = outline.min(axis=0), outline.max(axis=0)
     tilts, weights = [0.0], [1e-9]
     for along, across in ((0, 1), (1, 0)):

@@ -27,19 +27,20 @@ from restore.scan import Floats, Ints, Mask
 OUTLINE_ERROR = 0.5  # samples: a surface that ends between two of them is assumed to end midway
 INLIER_DISTANCE = 0.75  # samples: OUTLINE_ERROR, and the error of the line itself
 MAX_SHIFT = 1.75  # samples: INLIER_DISTANCE, and a sample that the border lost or gained
-MIN_INLIERS = 0.75  # share of a side's outline points near its line; torn or curved sides have fewer
+MIN_INLIERS = 0.75  # fraction of a side's outline points near its line; torn or curved sides have fewer
 MAX_CORNER_SHIFT = 4.0  # samples: morphology has rounded the corners, and nodes are as far apart
 MIN_LINE_POINTS = 8  # of the outline: fewer do not determine a line
-MIN_AREA_RATIO = 0.1  # least area of a face after the move, as a share of its area before
+MIN_AREA_RATIO = 0.1  # least area of a face after the move, as a fraction of its area before
 GRID_ITERATIONS = 5  # of the grid positions of moved vertices; each at least halves the error
 MAX_UNDO_ROUNDS = 8  # of undoing moves that collapse faces; each round leaves fewer
 
 
 @dataclass(frozen=True)
 class Line:
-    """The line normal · (x, y) = offset, in mm, along one side of the page; the unit normal (2,) points outwards.
+    """Line normal · (x, y) = offset along one side of the page, mm.
 
-    steps are those of the picture by which it was placed, if any.
+    normal: (2,), unit vector that points outwards.
+    steps: those of the image by which it was placed, if any.
     """
 
     normal: Floats
@@ -47,7 +48,10 @@ class Line:
     steps: PictureSteps | None = None
 
     def signed_distance(self, points: Floats) -> Floats:
-        """(n,) mm: signed distances of points (n, 2) from the line, positive outside the page."""
+        """Return signed distances (n,) mm of points (n, 2) from the line.
+
+        Positive outside the page.
+        """
         return np.asarray(points @ self.normal - self.offset)
 
 
@@ -58,9 +62,10 @@ NO_SIDES: Mapping[Side, Line] = MappingProxyType({})
 
 
 def straighten(sheet: Sheet, page: PageOnGrid, given: Mapping[Side, Line] = NO_SIDES) -> PageOnGrid:
-    """The page, which is axis-aligned, with its border moved onto straight sides; some are given, others fitted.
+    """Return an axis-aligned page with its border moved onto its sides.
 
-    A side that is torn, curved or has a protrusion is left unchanged, and so is a page without sides of a rectangle.
+    Some are given, others fitted. A side that is torn, curved or has a protrusion is left unchanged, and so is a page
+    without sides of a rectangle.
     """
     border = page.topology.border
     outline = page.flat[border]
@@ -87,7 +92,10 @@ def _of_faces(page: PageOnGrid, faces: Ints) -> PageOnGrid:
 
 
 def _scraps(sheet: Sheet, page: PageOnGrid, lines: list[Line | None]) -> Mask:
-    """(m,) True for faces beyond a side in the picture that show what lies there: a mesh was cut out with them."""
+    """Return the faces (m,) beyond a side that show what lies there.
+
+    A mesh was cut out with them; the image shows it.
+    """
     scraps = np.zeros(len(page.faces), bool)
     middles, nodes = page.flat[page.faces].mean(axis=1), page.nodes[page.faces].mean(axis=1)
     for line in lines:
@@ -126,8 +134,10 @@ def _update_grid_positions(
 
 
 def _grid_jacobians(page: PageOnGrid, border: Ints) -> Floats:
-    """(n, 2, 2) samples/mm: the Jacobian of grid position by flat position at vertices of the border, fitted to their
-    edges; 0 at the others."""
+    """Return the Jacobian of grid position by flat position at the border.
+
+    It is fitted to the edges of its vertices. Returns (n, 2, 2) samples/mm, 0 at other vertices.
+    """
     flat, nodes, edges = page.flat, page.nodes, page.topology.edges
     edges = edges[np.isin(edges, border).any(axis=1)]
     start, end = edges.T
@@ -142,11 +152,14 @@ def _grid_jacobians(page: PageOnGrid, border: Ints) -> Floats:
 
 
 def _fit_side(sheet: Sheet, crossings: Crossings, axis: int, sign: int) -> Line | None:
-    """The line of the side at the low (−1) or high (1) end of an axis, None when the side is not straight."""
+    """Fit the line of the side at the low (−1) or high (1) end of an axis.
+
+    Returns None when the side is not straight.
+    """
     beside = _beside(crossings, axis, sign)
     steps = steps_in_picture(sheet, beside, sign * np.eye(2)[axis]) if sheet.cut_out else None
     if steps is not None:
-        # Where a mesh was cut tells nothing of where the paper ends; a scrap of what lies beyond is none of the page.
+        # The cut of a mesh says nothing of where the paper ends; a piece of what lies beyond is not part of the page.
         beside = where(steps.places, _near_line(steps.places, axis, sign))
     if len(beside.nodes) < MIN_LINE_POINTS:
         return None
@@ -164,7 +177,10 @@ def _fit_side(sheet: Sheet, crossings: Crossings, axis: int, sign: int) -> Line 
 
 
 def _beside(crossings: Crossings, axis: int, sign: int) -> Crossings:
-    """The crossings of the side at the low (−1) or high (1) end of an axis, without those next to its corners."""
+    """Return the crossings of a side without those next to its corners.
+
+    The side is at the low (−1) or high (1) end of an axis.
+    """
     outline = crossings.places
     low, high = outline.min(axis=0), outline.max(axis=0)
     from_middle = (outline - (low + high) / 2) / (high - low)
@@ -173,16 +189,19 @@ def _beside(crossings: Crossings, axis: int, sign: int) -> Crossings:
 
 
 def _near_line(crossings: Crossings, axis: int, sign: int) -> Mask:
-    """(k,) True for crossings not farther than MAX_SHIFT from the line that most of them lie along."""
+    """Return which crossings are within MAX_SHIFT of their common line.
+
+    Most of them lie along that. Returns (k,) bool.
+    """
     line = _fit_line(crossings.places, axis, sign, cv2.DIST_L1)
     return np.asarray(np.abs(_sample_distances(line, crossings.places, crossings.jacobians)) <= MAX_SHIFT)
 
 
 def _separating(sheet: Sheet, near: Crossings, fitted: Line, aligned: Line, *, oblique: bool) -> Line:
-    """The line of a side, its middle moved to where the likelier of two lines separates the samples.
+    """Return the line of a side, moved to where it separates the samples.
 
-    It stays oblique only if that is the likelier: lost samples may have turned it. Unchanged where too many samples
-    would be on its wrong side: they do not lie along a line.
+    Of two lines the likelier moves the centre of the line. It stays oblique only if that is the likelier: lost samples
+    may have rotated it. Unchanged where too many samples would be on its wrong side: they do not lie along a line.
     """
     normals = [fitted.normal, aligned.normal]
     seen = [edge_in_picture(sheet, near, normal) for normal in normals]
@@ -211,17 +230,27 @@ def _fit_line(points: Floats, axis: int, sign: int, metric: int) -> Line:
 
 
 def _is_straight(distance: Floats) -> bool:
-    """True when outline points at signed distances (n,) samples from a line agree with it up to the outline's error."""
+    """Return whether outline points agree with a line.
+
+    distance: (n,) samples, signed, up to the outline's error.
+    """
     return bool((np.abs(distance) <= INLIER_DISTANCE).mean() >= MIN_INLIERS and distance.max() <= MAX_SHIFT)
 
 
 def _sample_distances(line: Line, outline: Floats, jacobians: Floats) -> Floats:
-    """(n,) samples: signed distances of points (n, 2) mm from a line, positive outside."""
+    """Return the signed distances (n,) of points from a line, samples.
+
+    Positive outside.
+    outline: (n, 2) mm.
+    """
     return np.asarray(line.signed_distance(outline) * np.linalg.norm(jacobians @ line.normal, axis=1))
 
 
 def _project_to_sides(outline: Floats, jacobians: Floats, lines: list[Line | None]) -> Floats:
-    """(n, 2) mm: outline points projected onto the nearest side, one onto each corner; NaN for unchanged ones."""
+    """Project outline points onto the nearest side, one onto each corner.
+
+    Returns (n, 2) mm, NaN for unchanged ones.
+    """
     target, smallest = np.full_like(outline, np.nan), np.full(len(outline), MAX_SHIFT)
     for line in lines:
         if line is not None:
@@ -240,9 +269,10 @@ def _project_to_sides(outline: Floats, jacobians: Floats, lines: list[Line | Non
 
 
 def _move_border(flat: Floats, faces: Ints, target: Floats) -> tuple[Floats, Ints]:
-    """Flat positions (n, 2) mm moved to their targets unless that collapses a face, and the remaining faces (k, 3).
+    """Move flat positions to their targets unless that collapses a face.
 
-    Faces beyond a side would have all their corners on it; they are removed.
+    Faces beyond a side would have all their corners on it; they are removed. Returns (n, 2) mm and the remaining faces
+    (k, 3).
     """
     moves: Mask = np.isfinite(target[:, 0])
     before = signed_areas(flat, faces)
@@ -262,5 +292,8 @@ def _move_border(flat: Floats, faces: Ints, target: Floats) -> tuple[Floats, Int
 
 
 def _collapsed(before: Floats, after: Floats) -> Mask:
-    """(m,) True for faces whose signed areas (m,) fell below MIN_AREA_RATIO of those before."""
+    """Return the faces (m,) whose area fell below MIN_AREA_RATIO.
+
+    before, after: (m,), signed areas.
+    """
     return np.asarray((after < MIN_AREA_RATIO * before) & (before > 0))

@@ -1,1 +1,4 @@
-"""Folders that scanning programs of phones export: a coarse mesh, and photographs whose cameras are known."""
+"""Folders that scanning programs of phones export.
+
+They hold a coarse mesh, and photographs whose cameras are known.
+"""

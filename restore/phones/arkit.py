@@ -27,11 +27,11 @@ SQUARE = 0.01  # of the focal length: pixels of phones are square
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A photograph of a capture.
+    """Photograph of a capture.
 
-    picture    its file.
-    camera     that took it.
-    sharpness  as the program judges it, more is sharper.
+    picture: its file.
+    camera: that took it.
+    sharpness: as the program rates it, more is sharper.
     """
 
     picture: Path
@@ -40,16 +40,18 @@ class Frame:
 
 
 def world_to_mm(points: Floats) -> Floats:
-    """(n, 3) mm, z up, of points (n, 3) of ARKit's world."""
+    """Convert points (n, 3) of ARKit's world to mm, z up."""
     return np.asarray(points @ UPRIGHT.T * MM_PER_METRE)
 
 
 def camera_of(
     path: Path, pose: Floats, intrinsics: tuple[float, float, float, float], size: tuple[int, int]
 ) -> PhotoCamera:
-    """The camera of a pose (4, 4) and of the focal lengths fx, fy and the principal point cx, cy in pixels.
+    """Return the camera of a pose (4, 4) and of intrinsics.
 
-    path: the file that they are in. Raises BadInput for numbers that are no camera.
+    path: the file that they are in.
+    intrinsics: focal lengths fx, fy and principal point cx, cy in pixels.
+    Raises BadInput for numbers that do not describe a camera.
     """
     fx, fy, cx, cy = intrinsics
     rotation = pose[:3, :3]

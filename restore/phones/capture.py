@@ -1,4 +1,7 @@
-"""A page out of a phone's capture: cut out of its mesh, to be painted from its photographs."""
+"""A page out of a phone's capture.
+
+It is cut out of its mesh, to be textured from its photographs.
+"""
 
 from __future__ import annotations
 
@@ -24,14 +27,14 @@ from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.page import CardInView, PaperMasks, find_paper
 from restore.scan import Mask, SurfaceMesh
 
-MOST_FRAMES = 12  # that are read: as many as of a video
+MAX_FRAMES = 12  # that are read: as many as of a video
 FINE_MM = 2.5  # edges of the mesh where the page is cut out of it; a phone's own are 10 to 20 mm
-MOST_SUBDIVISIONS = 7  # from edges of 300 mm
-MOST_FACES = 2_000_000  # then: FINE_MM apart on five square metres, more than any page
-MOST_VIEWS = (
+MAX_SUBDIVISIONS = 7  # from edges of 300 mm
+MAX_FACES = 2_000_000  # then: FINE_MM apart on five square metres, more than any page
+MAX_VIEWS = (
     0.75  # show paper at a place of the page; of those of the mesh that hangs from its edge to the table, half do
 )
-LEAST_AREA_MM2 = 2500.0  # half of a business card
+MIN_AREA_MM2 = 2500.0  # half of a business card
 HINT = "scan the page alone, on a table that is darker than paper, and export the capture with all its images"
 
 
@@ -48,10 +51,11 @@ class Reader(Protocol):
 
 
 def load_phone_capture(folder: Path) -> tuple[SurfaceMesh, tuple[Photograph, ...]]:
-    """The page of a folder that Polycam (raw data) or 3d Scanner App (all data) exported, and its photographs.
+    """Load the page of an exported folder, and its photographs.
 
-    The surface is z up, with the photograph that faces it most as its texture; the cameras are in its frame.
-    Raises BadInput for a damaged export, NotEnoughSurface when its photographs show no paper on its mesh.
+    Polycam (raw data) or 3d Scanner App (all data) exported it. The surface is z up, with the photograph that faces it
+    most as its texture; the cameras are in its frame. Raises BadInput for a damaged export, NotEnoughSurface when its
+    photographs show no paper on its mesh.
     """
     program, reader = _reader(folder)
     mesh = reader.read_mesh(folder)
@@ -72,8 +76,8 @@ def _reader(folder: Path) -> tuple[str, Reader]:
 
 
 def _chosen(frames: Sequence[Frame]) -> list[Frame]:
-    """The sharpest frame of each of MOST_FRAMES equal runs."""
-    runs = np.array_split(np.arange(len(frames)), min(MOST_FRAMES, len(frames)))
+    """The sharpest frame of each of MAX_FRAMES equal runs."""
+    runs = np.array_split(np.arange(len(frames)), min(MAX_FRAMES, len(frames)))
     return [max((frames[k] for k in run), key=lambda frame: frame.sharpness) for run in runs]
 
 
@@ -90,8 +94,10 @@ def _photograph(frame: Frame) -> Photograph:
 
 
 def _page_of(mesh: SurfaceMesh, photographs: Sequence[Photograph]) -> tuple[SurfaceMesh, list[Photograph]]:
-    """The part of a mesh that most photographs show as paper, the largest piece, and the photographs, the one first
-    that faces it most."""
+    """Return the part of a mesh that most photographs show as paper.
+
+    The largest piece; and the photographs, the one first that faces it most.
+    """
     cameras = [photograph.camera for photograph in photographs if photograph.camera is not None]
     masks = find_paper([photograph.image for photograph in photographs], [CardInView()] * len(photographs))
     welded = weld(validated(mesh))
@@ -103,14 +109,17 @@ def _page_of(mesh: SurfaceMesh, photographs: Sequence[Photograph]) -> tuple[Surf
     page = validated(select(fine, kept))
     largest = max(large_pieces(page), key=lambda piece: surface_area(page.vertices, page.faces[piece]))
     page_mesh = select(page, page.faces[largest])
-    if surface_area(page_mesh.vertices, page_mesh.faces) < LEAST_AREA_MM2:
+    if surface_area(page_mesh.vertices, page_mesh.faces) < MIN_AREA_MM2:
         raise NotEnoughSurface("the photographs show hardly any paper on the mesh", HINT)
     best = _facing(page_mesh, cameras)
     return page_mesh, [photographs[best], *photographs[:best], *photographs[best + 1 :]]
 
 
 def _shown(mesh: SurfaceMesh, masks: PaperMasks, cameras: Sequence[PhotoCamera]) -> SurfaceMesh:
-    """The faces of a mesh with a corner or the middle on paper, and those beside them."""
+    """Return the faces of a mesh on paper, and their neighbours.
+
+    A corner or the centre of a face is on paper.
+    """
     middles = mesh.vertices[mesh.faces].mean(axis=1)
     near = masks.votes(cameras, middles)[0] > 0
     touched = np.zeros(len(mesh.vertices), bool)
@@ -123,24 +132,30 @@ def _shown(mesh: SurfaceMesh, masks: PaperMasks, cameras: Sequence[PhotoCamera])
 
 
 def _subdivided(mesh: SurfaceMesh) -> SurfaceMesh:
-    """The same surface with edges of FINE_MM at most, each face in four as often as that takes."""
+    """Return the same surface with edges of FINE_MM at most.
+
+    Each face is split in four as often as that takes.
+    """
     from trimesh.remesh import subdivide
 
     vertices, faces = mesh.vertices, mesh.faces
-    for _ in range(MOST_SUBDIVISIONS):
+    for _ in range(MAX_SUBDIVISIONS):
         corners = vertices[faces]
         if np.quantile(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2), 0.9) < FINE_MM:
             break
-        if 4 * len(faces) > MOST_FACES:
+        if 4 * len(faces) > MAX_FACES:
             raise BadInput("the photographs show more paper than any page has, or the mesh is not in metres", HINT)
         vertices, faces = subdivide(vertices, faces)
     return SurfaceMesh(np.asarray(vertices, np.float64), np.asarray(faces, np.int64))
 
 
 def _votes(mesh: SurfaceMesh, masks: PaperMasks, cameras: Sequence[PhotoCamera]) -> Mask:
-    """(n,) True for the vertices that most of the views that show them show on paper."""
+    """Return the vertices (n,) that most views show on paper.
+
+    Of the views that show them.
+    """
     share, count = masks.votes(cameras, mesh.vertices)
-    return (share > MOST_VIEWS) & (count > 0)
+    return (share > MAX_VIEWS) & (count > 0)
 
 
 def _facing(mesh: SurfaceMesh, cameras: Sequence[PhotoCamera]) -> int:
@@ -154,9 +169,10 @@ def _facing(mesh: SurfaceMesh, cameras: Sequence[PhotoCamera]) -> int:
 
 
 def _upright(mesh: SurfaceMesh, photographs: Sequence[Photograph]) -> tuple[SurfaceMesh, list[Photograph]]:
-    """Page and photographs turned about the vertical until its sides are along x and y, and up as the first has it.
+    """Rotate page and photographs about the vertical until upright.
 
-    The first photograph is the texture of the mesh, whose faces come out counter-clockwise seen from above.
+    The sides are then along x and y, and up as the first photograph has it, which is the texture of the mesh; the faces
+    run counter-clockwise seen from above.
     """
     first = photographs[0].camera
     assert first is not None

@@ -1,6 +1,6 @@
-"""Recognises the folders that scanning programs of phones export, without reading them.
+"""Recognises the folders that scanning programs of phones export.
 
-The readers are imported only for such a folder: they bring photogrammetry with them.
+They are not read. The readers are imported only for such a folder: they bring photogrammetry with them.
 """
 
 from __future__ import annotations
@@ -15,7 +15,10 @@ SCANNER_APP_FRAMES = "frame_*.json"
 
 
 def is_phone_capture(path: Path) -> bool:
-    """Whether a path is a folder that a phone's scanning program exported with photographs and their cameras."""
+    """Return whether a path is a folder that a phone's program exported.
+
+    With photographs and their cameras.
+    """
     return is_polycam(path) or is_scanner_app(path)
 
 

@@ -1,4 +1,4 @@
-"""Any capture: a scan, or the folder of a phone's scanning program with its photographs."""
+"""Loads any capture: a scan, or the folder of a phone with photographs."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ class CameraFile(BaseModel):
 
     @property
     def pose(self) -> Floats:
-        """(4, 4) from the camera to the world."""
+        """Return the pose (4, 4) from the camera to the world."""
         rows = [[getattr(self, f"t_{row}{col}") for col in range(4)] for row in range(3)]
         return np.array([*rows, [0, 0, 0, 1]], np.float64)
 
@@ -83,7 +83,10 @@ def read_mesh(folder: Path) -> SurfaceMesh:
 
 
 def read_frames(folder: Path) -> tuple[list[Frame], tuple[Finding, ...]]:
-    """The photographs with their cameras, the optimised ones where there are any, and findings. Raises BadInput."""
+    """Read the photographs with their cameras, and findings.
+
+    The cameras are the optimised ones where these exist. Raises BadInput.
+    """
     optimised = all(is_folder(folder / part) for part in CORRECTED)
     images, cameras = (folder / part for part in (CORRECTED if optimised else RAW))
     frames = []

@@ -1,4 +1,6 @@
-"""The export "All data" of 3d Scanner App (Laan Labs); its fields as public programs that read it have them.
+"""The export "All data" of 3d Scanner App (Laan Labs).
+
+Its fields are as public programs that read it have them.
 
 textured_output.obj, or export.obj   the mesh, metres, in the frame of the cameras
 frame_00000.jpg, frame_00000.json    a photograph and its camera: intrinsics, 9 numbers row by row; cameraPoseARFrame,

@@ -1,4 +1,4 @@
-"""By how much a photograph is blurred beside the scanner's image of the same print."""
+"""Blur of a photograph relative to the scanner's image of the print."""
 
 from __future__ import annotations
 
@@ -21,9 +21,11 @@ PREDICTION_PX = 0.5  # by which shrinking and interpolation spread the predictio
 
 
 def relative_blur(reference: Reference, photograph: Bytes, camera: PhotoCamera) -> float:
-    """The standard deviation, in pixels of the reference, of the Gaussian that blurs it most like a photograph (h, w).
+    """Return the Gaussian blur that makes the reference most like a photo.
 
-    0 when the photograph is as sharp or sharper. Contrasts are compared, which no smooth light changes.
+    Contrasts are compared, which no smooth light changes.
+    photograph: (h, w).
+    Returns the standard deviation in pixels of the reference, 0 when the photograph is as sharp or sharper.
     """
     predicted, seen, _ = predict(reference, photograph, camera)
     seen &= reference.page

@@ -26,7 +26,11 @@ LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 
 
 
 def blurred_widely(values: Floats, sigma: float) -> Floats:
-    """Values (h, w) or (h, w, k) blurred by a Gaussian of sigma pixels, in a smaller copy where that is wide."""
+    """Blur values by a Gaussian, in a smaller copy where it is wide.
+
+    values: (h, w) or (h, w, k).
+    sigma: pixels.
+    """
     shrink = max(sigma / NARROW_SIGMA, 1.0)
     height, width = values.shape[:2]
     size = ceil(width / shrink), ceil(height / shrink)
@@ -38,7 +42,10 @@ def blurred_widely(values: Floats, sigma: float) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """An image, its ppi (h, w) on the coarse page, and where that lies in a smaller copy of size (w, h)."""
+    """Image placed on the coarse page.
+
+    It has its ppi (h, w), and its position in a smaller copy of size (w, h).
+    """
 
     image: Bytes
     ppi: Floats
@@ -47,7 +54,11 @@ class Placed:
 
     @classmethod
     def at(cls, image: Bytes, pixels: Floats, good: Mask) -> Placed:
-        """The coarse page lies at pixels (h, w, 2) of an image; good (h, w) is where that is of use."""
+        """Place an image on the coarse page.
+
+        pixels: (h, w, 2), where the page lies in the image.
+        good: (h, w), where that is of use.
+        """
         down, right = (np.gradient(pixels, axis=axis) for axis in (0, 1))
         area = np.abs(right[..., 0] * down[..., 1] - right[..., 1] * down[..., 0])
         ppi = np.nan_to_num(np.sqrt(area)) * COARSE_DPI
@@ -58,7 +69,7 @@ class Placed:
         return cls(image, ppi, size, np.nan_to_num(where, nan=-1.0).astype(np.float32))
 
     def read(self, small: Floats | Bytes) -> Floats:
-        """(h, w, …) values of a picture of the smaller size on the coarse page."""
+        """Return values (h, w, …) of a smaller picture on the coarse page."""
         values: Floats = cv2.remap(small, self.where, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         return values
 

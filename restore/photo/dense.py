@@ -1,7 +1,8 @@
-"""Refine a camera on the whole surface: predict the scanner's image from the photograph, and measure what is shifted.
+"""Refines a camera on the whole surface, by dense shifts.
 
-The photograph is carried over surface and camera into the scanner's view. Where both show texture, the shift between
-them is measured (Lucas & Kanade 1981) and says which surface point really belongs to the photograph's pixel.
+The photograph is projected over surface and camera into the scanner's view, as a prediction of the scanner's image.
+Where both show texture, the shift between them is measured (Lucas & Kanade 1981) and determines which surface point
+really belongs to the photograph's pixel.
 """
 
 from __future__ import annotations
@@ -21,21 +22,22 @@ CONTRAST_PX = 8.0  # light and shade are wider than this, print is finer
 FLOOR = 3.0  # grey levels of contrast that count as noise
 GAIN = 42.0  # of a contrast of one standard deviation, in the codes of a compared picture: three fit on either side
 COARSE_LEVELS = 2  # of the pyramid: shifts of up to 30 reference pixels are found, but also the next line of text
-LEAST_TEXTURE = 2e-3  # smaller eigenvalue of the structure tensor, as calcOpticalFlowPyrLK normalises it
+MIN_TEXTURE = 2e-3  # smaller eigenvalue of the structure tensor, as calcOpticalFlowPyrLK normalises it
 ALIKE = 0.6  # correlation of patches that show the same
-SPARED = 4  # one reference pixel in so many tells how large the photograph's are
+SPARED = 4  # every fourth reference pixel suffices for the scale
 ROOM = 0.9  # of reference pixels, to the photograph's: it is shrunk to this before it is sampled
 
 
 @dataclass(frozen=True, eq=False)
 class Shifts:
-    """What was measured at places on the page.
+    """Shifts measured at places on the page.
 
-    places  (n, 2) whole reference pixels with texture, on the part of the page that the photograph shows.
-    moved   (n, 2) where in the reference lies what was predicted there.
-    alike   (n,) True where the patches there show the same print.
-    pixels  (n, 2) the photograph's pixels that were predicted at the places.
-    coverage, scale  share of the page that the photograph shows, and its pixels to one of the reference.
+    places: (n, 2), whole reference pixels with texture, on the part of the page that the photograph shows.
+    moved: (n, 2), where in the reference the prediction for a place is.
+    alike: (n,), True where the patches there show the same print.
+    pixels: (n, 2), the photograph's pixels that were predicted at the places.
+    coverage: fraction of the page that the photograph shows.
+    scale: the photograph's pixels to one of the reference.
     """
 
     places: Ints
@@ -47,9 +49,9 @@ class Shifts:
 
 
 def measure(reference: Reference, photograph: Bytes, camera: PhotoCamera, *, near: bool = False) -> Shifts:
-    """Measure the shifts between the reference and a photograph (h, w) uint8 as the camera predicts it.
+    """Measure the shifts between the reference and a photograph.
 
-    The photograph may be a smaller copy of what the camera took: all pixels are those of the camera.
+    photograph: (h, w) uint8; it may be a smaller copy of what the camera took: all pixels are those of the camera.
     near: the camera is right to a pixel of the reference or two.
     """
     predicted, seen, where = predict(reference, photograph, camera)
@@ -67,7 +69,10 @@ def measure(reference: Reference, photograph: Bytes, camera: PhotoCamera, *, nea
 
 
 def predict(reference: Reference, photograph: Bytes, camera: PhotoCamera) -> tuple[Bytes, Mask, Floats]:
-    """The photograph (h, w) as the scanner would have seen it: the picture, where it shows the page, and its pixels."""
+    """Return a photograph (h, w) as the scanner would have seen it.
+
+    Returns the image, where it shows the page, and its pixels.
+    """
     width, height = camera.size
     where = camera.project(reference.points.reshape(-1, 3).astype(np.float64)).reshape(*reference.page.shape, 2)
     seen = np.asarray(((where >= 0) & (where <= [width - 1, height - 1])).all(axis=2))
@@ -87,7 +92,10 @@ def _scale(where: Floats, seen: Mask) -> float:
 
 
 def contrast(grey: Bytes, mask: Mask) -> Bytes:
-    """A picture (h, w) without its light and shade: 128 is the local mean, GAIN a local standard deviation."""
+    """Return a picture (h, w) without its light and shade.
+
+    128 is the local mean, GAIN a local standard deviation.
+    """
     inside = mask.astype(np.float32)
     weight = np.maximum(cv2.GaussianBlur(inside, (0, 0), CONTRAST_PX), 1e-3)
     value = np.where(mask, grey, 0).astype(np.float32)
@@ -97,7 +105,10 @@ def contrast(grey: Bytes, mask: Mask) -> Bytes:
 
 
 def _places(seen: Mask) -> Ints:
-    """(n, 2) grid points (x, y) round which at least half a window shows the page."""
+    """Return the grid points (n, 2), x and y, with enough page round them.
+
+    At least half a window shows the page.
+    """
     half = WINDOW // 2
     inner = cv2.erode(seen.astype(np.uint8), np.ones((half, half), np.uint8), borderValue=0)
     rows, cols = np.nonzero(inner[GRID // 2 :: GRID, GRID // 2 :: GRID])
@@ -105,13 +116,20 @@ def _places(seen: Mask) -> Ints:
 
 
 def _textured(picture: Bytes, places: Ints) -> Ints:
-    """Those of the places (n, 2) where a picture changes both ways, so that a shift shows."""
+    """Return the places (n, 2) where a picture changes in both directions.
+
+    A shift shows only there.
+    """
     corner = cv2.cornerMinEigenVal(picture, WINDOW)
-    return places[corner[places[:, 1], places[:, 0]] > LEAST_TEXTURE]
+    return places[corner[places[:, 1], places[:, 0]] > MIN_TEXTURE]
 
 
 def _correlation(one: Bytes, other: Bytes, places: Ints, moved: Floats) -> Floats:
-    """(n,) correlation of the windows round places of one picture with those round moved places of the other."""
+    """Return the correlation (n,) of windows round places of two pictures.
+
+    places: (n, 2), in one picture.
+    moved: (n, 2), in the other.
+    """
     reach = np.arange(WINDOW, dtype=np.float32) - WINDOW // 2
     offsets = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(1, -1, 2)
 

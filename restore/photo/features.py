@@ -1,9 +1,8 @@
-"""Points that reference and photograph have in common: SIFT features (Lowe 2004), compared as RootSIFT (Arandjelović &
-Zisserman 2012).
+"""Features that reference and photograph have in common.
 
-Print repeats itself: a letter looks like every other of its kind, and only larger patches are unlike each other. So
-both pictures are compared at like resolution, and a match counts only when it is clearly the best (ratio test) both
-ways.
+SIFT (Lowe 2004), compared as RootSIFT (Arandjelović & Zisserman 2012). Print repeats itself: a letter looks like every
+other of its kind, and only larger patches are unlike each other. So both pictures are compared at similar resolution,
+and a match counts only when it is clearly the best (ratio test) in both directions.
 """
 
 from __future__ import annotations
@@ -94,10 +93,10 @@ def match(reference: Features, photograph: Features) -> Matches:
 
 
 def _nearest(ours: np.ndarray, theirs: np.ndarray) -> tuple[Ints, Floats, Floats, Ints]:
-    """For each of our descriptors (n, 128) the most alike of theirs (m, 128), its product and the second best product.
+    """Match descriptors (n, 128) and (m, 128), unit vectors.
 
-    Last, for each of theirs the most alike of ours (m,). The descriptors are unit vectors: the nearest has the largest
-    product.
+    The nearest has the largest product. Returns for each of ours the most similar of theirs, its product and the second
+    best product, (n,) each, and for each of theirs the most similar of ours (m,).
     """
     best, first, second = np.empty(len(ours), int), np.empty(len(ours)), np.empty(len(ours))
     back, record = np.zeros(len(theirs), int), np.full(len(theirs), -np.inf)

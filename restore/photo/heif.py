@@ -15,7 +15,10 @@ BRANDS = (b"heic", b"heix", b"heim", b"heis", b"mif1", b"msf1")  # ISO/IEC 23008
 
 
 def is_heif(head: bytes) -> bool:
-    """Whether a file of these first twelve bytes holds a still picture in the ISO base media format."""
+    """Return whether a file holds a still picture in ISO base media format.
+
+    head: its first twelve bytes.
+    """
     return head[4:8] == FILE_BOX and head[8:12] in BRANDS
 
 

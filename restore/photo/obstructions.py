@@ -1,4 +1,4 @@
-"""Places where a photograph shows something else than the page: a hand, a pen, another sheet, a glare that washes out.
+"""Obstructions of a photograph: a hand, a pen, another sheet, glare.
 
 Photograph P and scan S show one print by two lights: near a place P is S times a gain that changes slowly, and the
 gains of the three colours change alike. Three departures from that contradict the page, each measured on the coarse
@@ -11,8 +11,8 @@ page, where both pictures have one resolution:
 What lamps give is a quadratic of the place on the page and of the surface's normal, fitted to most of the page.
 
 Where the contrasts agree, the place is confirmed. Round a contradiction all that is not confirmed counts as covered, as
-far as it is connected and near: the margin of another sheet over a margin of the page contradicts nothing by itself.
-So does, at any distance, what contradictions cut off from the page and nothing confirms, as the inside of a sleeve.
+far as it is connected and near: the margin of another sheet over a margin of the page contradicts nothing by itself. So
+does, at any distance, what contradictions cut off from the page and nothing confirms, as the inside of a sleeve.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ REACH_MM = 40.0  # of a contradiction: the blank margins of a sheet, the width o
 CONTRADICTED = 0.5  # disagreement: 0 where contrasts are equal, 1 where they are independent
 CONFIRMED = 0.25
 WASHED_OUT = 0.4  # of the contrast that is left under a haze
-DARK = 0.02  # share of white: below it the colour of a gain is noise
+DARK = 0.02  # fraction of white: below it the colour of a gain is noise
 COLOUR_LIMIT = 0.25  # of the logarithm: two lamps of two colours on a curved page differ by half as much
-COLOUR_PER_SATURATION = 0.5  # cameras differ in saturated print by a share of its saturation
+COLOUR_PER_SATURATION = 0.5  # relative; cameras differ in saturated print by that much of its saturation
 LEVEL_LIMITS = (np.log(4.0), np.log(2.5))  # darker, brighter: no shadow on a page takes three quarters of its light
-LEAST_MM2 = 12.0  # of a contradiction: the tip of a pen; a fleck of ink is less
+MIN_MM2 = 12.0  # of a contradiction: the tip of a pen; a fleck of ink is less
 CONFIRMING_MM2 = 60.0  # of a part of the page: a window's area, since less agrees by chance
 RIM_MM = 1.8  # the outline of the page is known to a sample, and the photograph shows the table there
 # Round what covers the page: its blurred edge and its contact shadow, 2 mm, and the gap between two lines of print: a
@@ -65,11 +65,14 @@ class Agreement:
 def covered_mask(
     photograph: Floats, scan: Floats, normals: Floats, seen: Mask, known: Mask, glare: Mask | None = None
 ) -> Mask:
-    """(h, w) True where something covers the page in a photograph.
+    """Return where something covers the page in a photograph.
 
-    photograph, scan (h, w, 3): linear light on the coarse page. normals (h, w, 3): of its surface. seen (h, w): where
-    the photograph shows the page. known (h, w): where the scan does. glare (h, w): where the photograph is clipped; it
-    counts as covered, and not as seen.
+    photograph, scan: (h, w, 3), linear light on the coarse page.
+    normals: (h, w, 3), of its surface.
+    seen: (h, w), where the photograph shows the page.
+    known: (h, w), where the scan does.
+    glare: (h, w), where the photograph is clipped; it counts as covered, and not as seen.
+    Returns (h, w) bool.
     """
     glare = np.zeros_like(seen) if glare is None else glare
     both = seen & known
@@ -78,8 +81,8 @@ def covered_mask(
     if not both.any():
         return glare
     found = compare(photograph, scan, normals, both)
-    seeds = _sizable(found.contradicted, LEAST_MM2)
-    # White paper that is clipped beside a contradiction belongs to the same thing, and hides its print.
+    seeds = _sizable(found.contradicted, MIN_MM2)
+    # White paper that is clipped next to a contradiction belongs to the same thing, and hides its print.
     seeds |= _connected(glare, _grown(seeds, BLEND_MM) & glare)
     near = _grown(seeds, REACH_MM)
     confirmed = _opened(found.confirmed, WHOLE_MM)
@@ -94,9 +97,10 @@ def covered_mask(
 
 
 def compare(photograph: Floats, scan: Floats, normals: Floats, both: Mask) -> Agreement:
-    """The agreement of two pictures (h, w, 3) of the coarse page, linear light, where both (h, w) show it.
+    """Compare two pictures (h, w, 3) of the coarse page, linear light.
 
-    normals (h, w, 3): of the surface.
+    normals: (h, w, 3), of the surface.
+    both: (h, w), where both pictures show the page.
     """
     gains, terms = _log_gains(photograph, scan, both), _light_terms(normals, both)
     level = gains.mean(axis=2)
@@ -133,12 +137,18 @@ class Contrasts:
 
     @property
     def unlike(self) -> Mask:
-        """(h, w) True where the contrasts are independent rather than equal, and more than creases make."""
+        """Return where contrasts are independent rather than equal, (h, w).
+
+        Creases explain less than the difference.
+        """
         return np.asarray(self.difference > CONTRADICTED * (self.scanned + self.seen + CONTRAST_FLOOR**2))
 
 
 def _contrasts(photograph: Floats, scan: Floats, both: Mask, width_mm: float) -> Contrasts:
-    """The contrasts of two pictures (h, w) within windows of a standard deviation of `width_mm`."""
+    """Return the contrasts of two pictures (h, w) within windows.
+
+    width_mm: standard deviation of a window.
+    """
     ours, theirs = (
         light / np.maximum(_local(light, both, width_mm), SINGLE_TINY) - 1.0 for light in (scan, photograph)
     )
@@ -149,14 +159,17 @@ def _contrasts(photograph: Floats, scan: Floats, both: Mask, width_mm: float) ->
 
 
 def _local(values: Floats, both: Mask, width_mm: float) -> Floats:
-    """(h, w) local means of values (h, w) over a mask."""
+    """Return the local means (h, w) of values over a mask."""
     sigma = width_mm / COARSE_MM
     weight = np.maximum(_blur(both.astype(float), sigma), SINGLE_TINY)
     return np.asarray(_blur(np.where(both, values, 0.0), sigma) / weight)
 
 
 def _log_gains(photograph: Floats, scan: Floats, both: Mask) -> Floats:
-    """(h, w, 3) logarithms of what the light of the scan is multiplied by in the photograph, near each place."""
+    """Return the logarithm of the photograph's gain over the scan.
+
+    Near each place, (h, w, 3).
+    """
     sigma = BLEND_MM / COARSE_MM
     mask = both[..., None].astype(float)
     given, wanted = (_blur(light * mask, sigma) + DARK * _white(light, both) for light in (scan, photograph))
@@ -164,12 +177,15 @@ def _log_gains(photograph: Floats, scan: Floats, both: Mask) -> Floats:
 
 
 def _white(light: Floats, both: Mask) -> Floats:
-    """(3,) the light of paper."""
+    """Return the light (3,) of paper."""
     return np.asarray(np.quantile(light[both], 0.9, axis=0))
 
 
 def _saturation(scan: Floats, both: Mask) -> Floats:
-    """(h, w) how far the colour of the print departs from that of paper, as a logarithm."""
+    """Return the saturation (h, w) of the print, as a logarithm.
+
+    It is how far its colour departs from that of paper.
+    """
     mask = both[..., None].astype(float)
     white = _white(scan, both)
     share = np.log((_blur(scan * mask, BLEND_MM / COARSE_MM) / np.maximum(white, SINGLE_TINY)) + DARK)
@@ -177,7 +193,10 @@ def _saturation(scan: Floats, both: Mask) -> Floats:
 
 
 def _light_terms(normals: Floats, both: Mask) -> Floats:
-    """(h, w, 10) the terms of what lamps give: 1, place and its squares, slopes of the normal and their squares."""
+    """Return the terms (h, w, 10) of what lamps give.
+
+    1, place and its squares, slopes of the normal and their squares.
+    """
     rows, cols = (np.linspace(-1.0, 1.0, size) for size in both.shape)
     y, x = np.meshgrid(rows, cols, indexing="ij")
     usual = np.median(normals[both], axis=0)
@@ -186,7 +205,12 @@ def _light_terms(normals: Floats, both: Mask) -> Floats:
 
 
 def _fitted(values: Floats, terms: Floats, both: Mask) -> Floats:
-    """(h, w) the combination of terms (h, w, k) that most places of values (h, w) follow, by reweighting."""
+    """Return the combination of terms that most values follow, (h, w).
+
+    By reweighting.
+    values: (h, w).
+    terms: (h, w, k).
+    """
     some = np.flatnonzero(both)
     some = some[:: max(1, len(some) // SAMPLED)]
     sampled, wanted = terms.reshape(-1, terms.shape[-1])[some], values.ravel()[some]
@@ -204,7 +228,10 @@ def _fitted(values: Floats, terms: Floats, both: Mask) -> Floats:
 
 
 def _unconfirmed_parts(contradicted: Mask, confirmed: Mask, both: Mask) -> Mask:
-    """(h, w) True in the parts that contradictions cut off from the page and that nothing confirms."""
+    """Return the parts (h, w) that are cut off and not confirmed.
+
+    Contradictions cut them off from the page.
+    """
     if not contradicted.any():
         return np.zeros_like(both)
     parts, count = label(both & ~contradicted)
@@ -215,18 +242,18 @@ def _unconfirmed_parts(contradicted: Mask, confirmed: Mask, both: Mask) -> Mask:
 
 
 def _grown(mask: Mask, radius_mm: float) -> Mask:
-    """(h, w) True within a radius of a mask."""
+    """Dilate a mask by a radius, (h, w)."""
     return np.asarray(distance_transform_edt(~mask) * COARSE_MM <= radius_mm)
 
 
 def _opened(mask: Mask, radius_mm: float) -> Mask:
-    """(h, w) True in the discs of a radius that lie within a mask."""
+    """Open a mask by a disc of a radius, (h, w)."""
     inner = distance_transform_edt(np.pad(mask, 1))[1:-1, 1:-1] * COARSE_MM > radius_mm
     return _grown(inner, radius_mm) if inner.any() else inner
 
 
 def _connected(mask: Mask, seeds: Mask) -> Mask:
-    """(h, w) True in the connected pieces of a mask that hold a seed."""
+    """Return the connected pieces of a mask that hold a seed, (h, w)."""
     pieces, count = label(mask | seeds, np.ones((3, 3)))
     held = np.zeros(count + 1, bool)
     held[pieces[seeds]] = True
@@ -234,7 +261,7 @@ def _connected(mask: Mask, seeds: Mask) -> Mask:
 
 
 def _sizable(mask: Mask, least_mm2: float) -> Mask:
-    """(h, w) True in the connected pieces of a mask that have an area of at least `least_mm2`."""
+    """Return the connected pieces of a mask of `least_mm2` or more, (h, w)."""
     pieces, count = label(mask, np.ones((3, 3)))
     large = np.bincount(pieces.ravel(), minlength=count + 1) * COARSE_MM**2 >= least_mm2
     large[0] = False

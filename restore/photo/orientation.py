@@ -1,6 +1,7 @@
-"""Orientation tags of photographs (EXIF tag 274, CIPA DC-008): how the sensor's picture is turned to be upright.
+"""Orientation tags of photographs (EXIF tag 274, CIPA DC-008).
 
-A phone that looks straight down guesses how it is held: photographs of one set come with tags of all four quarters.
+They say how the sensor's image is rotated to be upright. A phone that looks straight down guesses how it is held:
+photographs of one set have tags of all four quarters.
 """
 
 from __future__ import annotations
@@ -17,9 +18,10 @@ QUARTERS = {UPRIGHT: 0, 8: 1, 3: 2, 6: 3}
 
 
 def turned_like(photograph: Photograph, first: Photograph) -> Photograph:
-    """A photograph turned so that its sensor lies as in the first: upright as the first is, whatever its own tag says.
+    """Rotate a photograph so that its sensor is oriented as in the first.
 
-    One whose tag mirrors stays as it is: its sensor's picture shows the page the wrong way round.
+    It is upright as the first is, whatever its own tag says. One whose tag mirrors stays as it is: its sensor's image
+    shows the page mirrored.
     """
     own, wanted = QUARTERS.get(photograph.orientation), QUARTERS.get(first.orientation)
     if own is None or wanted is None or own == wanted:

@@ -1,4 +1,7 @@
-"""The page painted from photographs of it: each is registered to the scan, or refused with the reason."""
+"""The page textured from photographs of it.
+
+Each is registered to the scan, or refused with the reason.
+"""
 
 from __future__ import annotations
 
@@ -30,9 +33,10 @@ MOSTLY = 0.5  # of a pixel
 
 @dataclass(frozen=True, eq=False)
 class Registered:
-    """A photograph with its registration, or the reason why it has none and what to do about it.
+    """Photograph with its registration, or the reason why it has none.
 
-    mtf50: of its edges on the page, cycles per pixel, None where it has too few to tell.
+    The reason says what to do about it.
+    mtf50: of its edges on the page, cycles per pixel, None where it has too few to measure it.
     """
 
     photograph: Photograph
@@ -43,9 +47,10 @@ class Registered:
 
 
 def register_photographs(page: FlatMesh, photos: Sequence[Photograph | Bytes]) -> list[Registered]:
-    """Register every photograph, (h, w, 3) where it is an array, to the colour image of a flat page's surface.
+    """Register photographs to the colour image of a flat page's surface.
 
-    One whose camera is known is taken at its word. Raises BadInput for an array that is no picture.
+    Photographs are (h, w, 3) where they are arrays. A known camera is kept as it is. Raises BadInput for an array that
+    is not a picture.
     """
     photographs = [_photograph(photo, number) for number, photo in enumerate(photos, 1)]
     unknown = any(photograph.camera is None for photograph in photographs)
@@ -56,7 +61,10 @@ def register_photographs(page: FlatMesh, photos: Sequence[Photograph | Bytes]) -
 
 
 def _register(reference: Reference | None, photograph: Photograph) -> Registered:
-    """A photograph registered to the reference of a page, None for a page without texture."""
+    """Register a photograph to the reference of a page.
+
+    Returns None for a page without texture.
+    """
     try:
         found = _known(photograph) if photograph.camera is not None else register(_insist_on(reference), photograph)
     except Refused as refusal:
@@ -76,7 +84,10 @@ def _insist_on(reference: Reference | None) -> Reference:
 
 
 def _known(photograph: Photograph) -> Registration:
-    """The registration of a photograph whose camera is known: nothing of it was measured here."""
+    """Return the registration of a photograph whose camera is known.
+
+    Nothing of it was measured here.
+    """
     assert photograph.camera is not None
     return Registration(photograph.camera, 0.0, 0.0, 1.0, 1.0, 1.0)
 
@@ -92,9 +103,9 @@ def _photograph(photo: Photograph | Bytes, number: int) -> Photograph:
 def paint_registered(
     page: FlatMesh, registered: Sequence[Registered], dpi: float
 ) -> tuple[Painting, list[dict[str, Any]]]:
-    """Paint a flat page from the photographs that are registered, and report on all of them.
+    """Texture a flat page from registered photographs, and report on all.
 
-    Without any it is painted from its texture. In the painting, source 0 is the texture and k the k-th photograph.
+    Without any it is textured from its scan. In the result, source 0 is the scan's texture and k the k-th photograph.
     """
     reports = [_refusal(one) if one.registration is None else _acceptance(one, one.registration) for one in registered]
     accepted = [(k, one) for k, one in enumerate(registered, 1) if one.registration is not None]
@@ -115,7 +126,10 @@ def paint_registered(
 
 
 def sources_of(page: FlatMesh, registered: Sequence[Registered]) -> list[Source]:
-    """What a page can be painted from: its texture, and the photographs that are registered."""
+    """Return what a page can be textured from.
+
+    Its scan's texture, and the photographs that are registered.
+    """
     if page.texture is None or page.texcoords is None:
         return []
     photographs = [
@@ -137,7 +151,11 @@ def _mtf50(page: FlatMesh, photograph: Photograph, found: Registration) -> float
 
 
 def _shown(pixels: Floats, faces: Ints, shape: tuple[int, ...]) -> Mask:
-    """(h, w) True in the triangles faces (m, 3) of corners (n, 2) pixels, in a picture of a shape."""
+    """Return where triangles cover a picture of a shape, (h, w) bool.
+
+    pixels: (n, 2), corners.
+    faces: (m, 3).
+    """
     seen = faces[np.isfinite(pixels[faces]).all(axis=(1, 2))]
     return np.isfinite(rasterise(pixels, seen, np.zeros((len(pixels), 1)), shape[0], shape[1])[..., 0])
 

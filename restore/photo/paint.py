@@ -1,4 +1,4 @@
-"""Paint the page from photographs, and from the scanner's image where no photograph is good."""
+"""Textures the page from photographs, else from the scanner's image."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from restore.photo.coarse import COARSE_DPI, LINEAR
 from restore.photo.sources import Plan, Source
 from restore.runtime.threads import in_bands
 from restore.scan import Bytes, Mask
-from restore.texture.page import MM_PER_INCH, PAPER, Painting, picture_size, texture_mtf50
+from restore.texture.page import MM_PER_INCH, PAPER, Painting, SourceMap, picture_size, texture_mtf50
 from restore.texture.resolution import Resolution
 from restore.texture.sampling import sample_scaled
 
 BAND = 256  # rows painted at once: 60 MB at a time for an A4 page at 400 dpi
-LEAST_SHARE = 1 / 512  # of a pixel: less changes no code
+MIN_SHARE = 1 / 512  # of a pixel: less changes no code
 NOWHERE = 255  # source of what is not on the page
 RING = 2.0  # pixels: the nearest pixel inside is one of the outermost
 EDGE_MM = 0.6  # the outline is known to a sample: so near to it, the photograph may show the table
@@ -50,7 +50,7 @@ def paint(page: FlatMesh, sources: Sequence[Source], plan: Plan, dpi: float) -> 
 
     in_bands(paint_band, height, BAND)
     _carry_to_edge(image, mask, round(EDGE_MM * scale))
-    return Painting(image, mask, where, _resolution(page, sources, plan), which)
+    return Painting(image, mask, SourceMap.of(where), _resolution(page, sources, plan), which)
 
 
 def _band(
@@ -64,7 +64,7 @@ def _band(
     where = np.full((rows, cols, 2), np.nan, np.float32)
     total = np.zeros((rows, cols, 4), np.float32)
     for k, (source, weight) in enumerate(zip(sources, weights, strict=True)):
-        used = (weight > LEAST_SHARE) & ~off
+        used = (weight > MIN_SHARE) & ~off
         if not used.any():
             continue
         pixels = surface[..., 3:].copy() if source.camera is None else project_map(source.camera, surface[..., :3])
@@ -80,7 +80,10 @@ def _band(
 
 @numba.njit(cache=True, nogil=True)
 def _add(total: Codes, codes: Codes, weight: Codes, used: Mask) -> None:
-    """Add codes (h, w, 3) by their weight (h, w) to the sums total (h, w, 4), the last that of the weights."""
+    """Add codes (h, w, 3) by their weight (h, w) to the sums.
+
+    total: (h, w, 4), the last that of the weights.
+    """
     rows, cols = weight.shape
     for row in range(rows):
         for col in range(cols):
@@ -93,13 +96,13 @@ def _add(total: Codes, codes: Codes, weight: Codes, used: Mask) -> None:
 
 @numba.njit(cache=True, nogil=True)
 def _blended(total: Codes, off: Mask) -> Bytes:
-    """(h, w, 3) the means of sums (h, w, 4); paper where the page is not."""
+    """Return the means (h, w, 3) of sums (h, w, 4); paper off the page."""
     rows, cols = off.shape
     image = np.full((rows, cols, 3), PAPER, np.uint8)
     for row in range(rows):
         for col in range(cols):
             if not off[row, col]:
-                share = np.float32(1) / max(total[row, col, 3], np.float32(LEAST_SHARE))
+                share = np.float32(1) / max(total[row, col, 3], np.float32(MIN_SHARE))
                 for k in range(3):
                     image[row, col, k] = int(total[row, col, k] * share + np.float32(0.5))
     return image
@@ -123,7 +126,10 @@ def lit(codes: Codes, gain: Codes) -> Codes:
 
 
 def _carry_to_edge(image: Bytes, mask: Mask, margin: int) -> None:
-    """Give the last pixels before the edge of the page the colour of the nearest ones inside, in place."""
+    """Extend the colour of the nearest inner pixels to the page's edge.
+
+    In place, for the last pixels before the edge.
+    """
     if margin < 1:
         return
     away = cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]

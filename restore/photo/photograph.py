@@ -38,13 +38,13 @@ SRGB = ImageCms.createProfile("sRGB")
 
 @dataclass(frozen=True, eq=False)
 class Photograph:
-    """A photograph of the page.
+    """Photograph of the page.
 
-    image        (h, w, 3) uint8 RGB (sRGB), upright as its camera meant it.
-    name         what to call it.
-    focal_px     its focal length in pixels, None when the file does not tell.
-    camera       that took it, in the frame of the scan, where it is known.
-    orientation  EXIF tag by which the sensor's picture was turned to be upright, 1 to 8.
+    image: (h, w, 3) uint8 RGB (sRGB), upright as its camera meant it.
+    name: what to call it.
+    focal_px: its focal length in pixels, None when the file does not say.
+    camera: that took it, in the frame of the scan, where it is known.
+    orientation: EXIF tag by which the sensor's image was rotated to be upright, 1 to 8.
 
     >>> Photograph(np.zeros((90, 120, 3), np.uint8), "IMG_1.jpg").focal_px is None
     True
@@ -97,7 +97,7 @@ def _orientation(tag: object) -> int:
 
 
 def _unknown(path: Path) -> BadInput:
-    """What to say of a file that is no picture of the KINDS."""
+    """Return the error for a file that is not a picture of the KINDS."""
     if read_regular(path, MAX_BYTES)[4:8] == FILE_BOX:
         return BadInput(
             f"{path} is an AVIF image or a video, which is not read here", "save it as JPEG (phones can be set to)"
@@ -128,7 +128,10 @@ def _check_size(size: tuple[int, int], path: Path) -> None:
 
 
 def _srgb(picture: Image.Image) -> Bytes:
-    """(h, w, 3) uint8 of a picture of any mode, through its colour profile when it has one."""
+    """Convert a picture of any mode to sRGB, by its profile if it has one.
+
+    Returns (h, w, 3) uint8.
+    """
     if picture.mode == "F":
         raise BadInput("its pixels are fractions, whose white is not known", "save it with 8 or 16 bits")
     if picture.mode.startswith("I"):  # 16 bits of grey
@@ -144,7 +147,7 @@ def _srgb(picture: Image.Image) -> Bytes:
 
 
 def _focal_px(picture: Image.Image) -> float | None:
-    """The focal length that EXIF tells, in pixels of the whole picture."""
+    """Return the focal length of EXIF, in pixels of the whole picture."""
     try:
         film_mm = float(picture.getexif().get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.FocalLengthIn35mmFilm, 0))
     except (TypeError, ValueError, ZeroDivisionError, OSError):

@@ -1,7 +1,7 @@
-"""Where the camera stood: robust pose from matches between surface and photograph, then all of the lens.
+"""Pose of the camera, and then its lens, from matches.
 
-The focal length is not known: the pose is sought for a ladder of focal lengths, with wrong matches among the right
-ones (Fischler & Bolles 1981), and the best is refined together with focal length and distortion.
+The pose is robust: the focal length is unknown, so it is sought for a ladder of focal lengths, with wrong matches among
+the right ones (Fischler & Bolles 1981), and the best is refined together with focal length and distortion.
 """
 
 from __future__ import annotations
@@ -19,22 +19,26 @@ LOOSE = 0.012  # of the longer side: distortion that the first pose does not kno
 TRIES = 400  # with a third of the matches right, four right ones are drawn with certainty
 CONFIDENCE = 0.999
 MIN_POINTS = 6
-# What is known of lenses before they are measured, as standard deviations: principal point in shares of the diagonal,
-# then k1, k2, p1, p2, k3 of lenses that are no fisheyes.
+# Prior knowledge of lenses, as standard deviations: principal point in fractions of the diagonal,
+# then k1, k2, p1, p2, k3 of lenses other than fisheyes.
 CENTRE_SPREAD = 0.01
 DISTORTION_SPREAD = np.array([0.15, 0.15, 0.003, 0.003, 0.05])
 FOCAL_SPREAD = 1.0  # of its logarithm, when nothing is known
 FREE_STRAIGHT = 7  # of the parameters: pose and focal length
 REWEIGHTINGS = 3
-CAUCHY = 2.0  # an error of so many sigmas counts half
+CAUCHY = 2.0  # sigmas: an error of that size counts half
 
 
 def find_pose(
     points: Floats, pixels: Floats, size: tuple[int, int], focals: Sequence[float]
 ) -> tuple[PhotoCamera, Mask]:
-    """The camera that sees most of the surface points (n, 3) mm at their pixels (n, 2), and which those are.
+    """Find the camera that sees most surface points at their pixels.
 
-    focals: lengths in pixels to be tried. The camera has no distortion yet; no match may be right.
+    The camera has no distortion yet; all matches may be wrong.
+    points: (n, 3) mm.
+    pixels: (n, 2).
+    focals: lengths in pixels to be tried.
+    Returns the camera and which points those are.
     """
     centre = (np.array(size) - 1) / 2
     best = PhotoCamera(_vector(np.zeros(3), np.array([0, 0, 1.0]), focals[0], centre), size)
@@ -76,7 +80,11 @@ def _vector(turn: Floats, shift: Floats, focal: float, centre: Floats) -> Floats
 
 
 def reprojection_errors(camera: PhotoCamera, points: Floats, pixels: Floats) -> Floats:
-    """(n,) reprojection errors in pixels of points (n, 3) mm against pixels (n, 2); infinite where not seen."""
+    """Return reprojection errors (n,) in pixels, infinite where not seen.
+
+    points: (n, 3) mm.
+    pixels: (n, 2).
+    """
     distance = np.linalg.norm(camera.project(points) - pixels, axis=1)
     return np.where(np.isfinite(distance), distance, np.inf)
 
@@ -91,11 +99,13 @@ def refine(
     focal_spread: float = FOCAL_SPREAD,
     straight: bool = False,
 ) -> PhotoCamera:
-    """Adjust pose, focal length, principal point and distortion to points (n, 3) mm seen at pixels (n, 2).
+    """Adjust pose and lens to points seen at pixels.
 
+    points: (n, 3) mm.
+    pixels: (n, 2).
     noise_px: standard deviation of a good pixel; larger errors count less and less (Cauchy weights).
-    focal_px and focal_spread: what is known of the focal length and how well (of its logarithm). straight: leave the
-    principal point and the distortion as they are.
+    focal_px, focal_spread: what is known of the focal length and how well (of its logarithm).
+    straight: keep the principal point and the distortion as they are.
     """
     known = focal_px or camera.focal_px
     centre = (np.array(camera.size) - 1) / 2
@@ -111,7 +121,10 @@ def refine(
 
 
 def prior_deviation(focal_px: float, size: tuple[int, int], focal_spread: float = FOCAL_SPREAD) -> Floats:
-    """(8,) standard deviations of focal length, principal point and distortion of a lens before it is measured."""
+    """Return prior standard deviations (8,) of a lens.
+
+    Of focal length, principal point and distortion, before it is measured.
+    """
     centre = np.full(2, CENTRE_SPREAD * np.hypot(*size))
     return np.concatenate([[focal_px * focal_spread], centre, DISTORTION_SPREAD])
 
@@ -119,7 +132,10 @@ def prior_deviation(focal_px: float, size: tuple[int, int], focal_spread: float 
 def _fit(
     start: Floats, free: int, points: Floats, pixels: Floats, weight: Floats, middle: Floats, deviation: Floats
 ) -> Floats:
-    """The first `free` parameters by weighted least squares, the lens held near what lenses are."""
+    """Fit the first `free` parameters by weighted least squares.
+
+    The lens is held near what lenses are.
+    """
     priors = np.eye(PARAMETERS)[6:, :free] / deviation[:, None]
 
     def full(vector: Floats) -> Floats:

@@ -13,11 +13,12 @@ from restore.runtime.arguments import checks_types
 
 @checks_types
 def read_photographs(paths: Sequence[Path | str], progress: Progress | None = None) -> list[Photograph]:
-    """Read photographs, turned as EXIF says and in sRGB, or the sharpest frames of one video.
+    """Read photographs, or the sharpest frames of one video.
 
-    progress(stage, fraction done) is called while a video is read.
-    Raises BadInput for a video among other files, and for what is missing, damaged or too large, LibraryMissing for a
-    HEIC picture without pi-heif.
+    Photographs are rotated as EXIF says and converted to sRGB.
+    progress: called as progress(stage, fraction done) while a video is read.
+    Raises BadInput for a video among other files, and for files that are missing, damaged or too large, LibraryMissing
+    for a HEIC picture without pi-heif.
 
     >>> from tempfile import TemporaryDirectory
     >>> from PIL import Image

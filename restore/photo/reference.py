@@ -1,4 +1,7 @@
-"""What a photograph is registered to: the scanner's colour image with the surface point under each of its pixels."""
+"""Reference of a photograph: the scanner's image and its surface points.
+
+There is a surface point under each of its pixels.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,9 @@ from restore.mesh.raster import rasterise
 from restore.page import FlatMesh
 from restore.scan import Bytes, Floats, Mask
 
-MAX_SIDE = 1024  # pixels: the scanner's image has 640; of larger textures a smaller copy tells the pose as well
+MAX_SIDE = 1024  # pixels: the scanner's image has 640; of larger textures a smaller copy gives the pose as well
 
-SPARED = 4  # one row in so many tells how large the pixels are
+SPARED = 4  # every fourth row suffices for the size of the pixels
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +33,7 @@ class Reference:
 
     @property
     def page(self) -> Mask:
-        """(h, w) True on the page."""
+        """Return where the reference shows the page, (h, w) bool."""
         return np.asarray(np.isfinite(self.points[..., 0]))
 
     @property
@@ -40,7 +43,10 @@ class Reference:
         return float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
 
     def at(self, pixels: Floats) -> Floats:
-        """(n, 3) mm: the surface under pixels (n, 2), fractions allowed; NaN off the page."""
+        """Return the surface (n, 3) mm under pixels (n, 2), NaN off the page.
+
+        Pixels may have fractions.
+        """
         where = pixels.astype(np.float32).reshape(-1, 1, 2)
         found = cv2.remap(
             self.points, where, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=(np.nan,) * 3

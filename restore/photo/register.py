@@ -1,4 +1,4 @@
-"""Find out how a photograph lies on the scanned surface, or say why that is not certain."""
+"""Registers a photograph to the scanned surface, or says why not."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from restore.scan import Bytes, Floats
 # Pixels: features are found where the print is about as coarse as the scanner's image of it. SIFT itself doubles a
 # picture before it looks, so that the last side finds what a picture of 4,400 pixels shows.
 SIDES = (800, 1600, 2200)
-DENSE_SIDE = 3200  # of the copy on which shifts are measured and sharpness is judged
+DENSE_SIDE = 3200  # of the copy on which shifts are measured and sharpness is checked
 MIRROR_SIDE = SIDES[1]
-LEAST_CONTRAST = 3.0  # grey levels: standard deviation of a picture that shows something
+MIN_CONTRAST = 3.0  # grey levels: standard deviation of a picture that shows something
 MIN_INLIERS = 8  # no more agree by chance than that, and what they agree on is proved on the whole surface
 MIRRORED_INLIERS = 16  # for a reason that is not proved
 REFINEMENTS = 6
@@ -29,7 +29,7 @@ COARSE_STEPS = 1  # with the pyramid; then it could only mislead
 BEHIND_STEP = 16  # reference pixels
 SETTLED = 0.02  # reference pixels that a refinement moves the page by: nothing more to gain
 SIGMA = 0.1  # reference pixels: how well a shift is measured
-KNOWN_FOCAL = 0.1  # how well EXIF tells the focal length: whole millimetres, and it breathes with the focus
+KNOWN_FOCAL = 0.1  # relative; EXIF stores whole millimetres, and focusing changes the length
 MAX_REPROJECTION_ERROR = 1.0  # reference pixels: more is a wrong match, as where a window spans a crease
 MIN_PLACES = 14  # as many unknowns has a camera
 MIN_ALIKE = 0.6  # of the places with print: the rest is glare, shadow, fingers; of another page, up to half are
@@ -37,8 +37,8 @@ HOPELESS = 0.2  # of them, after two refinements: twice what another page has
 MAX_BLUR = 0.9  # reference pixels, by which it spreads print more: the scanner itself spreads it by half as much
 MAX_RESIDUAL = 0.5  # reference pixels, rms: a page that was moved or bent between scan and photograph has more
 MAX_UNCERTAIN = 0.5  # reference pixels, rms over the page
-UNKNOWN_MM = 10.0  # off by more than two lines of print, a number tells nothing
-OVERLAP = WINDOW / GRID  # neighbouring windows share most of their pixels, and so of their errors
+UNKNOWN_MM = 10.0  # larger errors than two lines of print are all alike
+OVERLAP = WINDOW / GRID  # neighbouring windows have most pixels, and so errors, in common
 MIN_COVERAGE = 0.1  # of the page: less is hardly worth its seams
 
 
@@ -48,8 +48,9 @@ AGAIN = "photograph the page from above so that it fills the image, and do not m
 
 
 class Refused(Exception):
-    """Raised when a photograph cannot be used for certain; the message is the reason, `hint` what to do now.
+    """The photograph cannot be used reliably.
 
+    The message is the reason, `hint` what to do now.
     final: it shows the page, and no other attempt to register it would change the reason.
     """
 
@@ -60,14 +61,14 @@ class Refused(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Registration:
-    """A photograph in its place.
+    """Photograph in its place.
 
-    camera          the camera that took it.
-    residual_px     rms of what is left between print and print, in the photograph's pixels.
-    uncertainty_px  rms over the page of the standard deviation of where a point is seen, in the photograph's pixels.
-    alike           share of the printed places that look the same and lie where the camera says.
-    coverage        share of the page that the photograph shows.
-    scale           the photograph's pixels to one of the reference.
+    camera: the camera that took it.
+    residual_px: rms residual between print and print, in the photograph's pixels.
+    uncertainty_px: rms over the page of the standard deviation of where a point is seen, in the photograph's pixels.
+    alike: fraction of the printed places that look the same and are where the camera says.
+    coverage: fraction of the page that the photograph shows.
+    scale: the photograph's pixels to one of the reference.
     """
 
     camera: PhotoCamera
@@ -79,9 +80,12 @@ class Registration:
 
 
 def register(reference: Reference, photograph: Photograph) -> Registration:
-    """Find the camera of a photograph. Raises Refused when it does not show the page of the reference for certain."""
+    """Find the camera of a photograph.
+
+    Raises Refused when it does not reliably show the page of the reference.
+    """
     grey = cv2.cvtColor(photograph.image, cv2.COLOR_RGB2GRAY)
-    if cv2.meanStdDev(grey)[1].item() < LEAST_CONTRAST:
+    if cv2.meanStdDev(grey)[1].item() < MIN_CONTRAST:
         raise Refused("the photograph is blank", "look at it, and take it again with light and without the lens cap")
     ours, refused = reference_features(reference), Refused("")
     large = _shrunk(grey, DENSE_SIDE)
@@ -108,8 +112,12 @@ def _certain(
     size: tuple[int, ...],
     focal_px: float | None,
 ) -> Registration:
-    """The registration that a first pose of a smaller copy leads to, in pixels of the photograph, which has a size
-    (w, h). Raises Refused when it is not certain."""
+    """Return the registration that a first pose leads to.
+
+    The pose is of a smaller copy, in pixels of the photograph.
+    size: (w, h), of the photograph.
+    Raises Refused when the registration is not reliable.
+    """
     if inliers < MIN_INLIERS:
         raise Refused(f"the photograph does not show this page: {inliers} features agree, {MIN_INLIERS} are needed")
     if _from_behind(reference, camera):  # where a mirrored picture would have been taken, through the paper
@@ -129,7 +137,10 @@ def _mirrored(reference: Reference, ours: Features, grey: Bytes) -> bool:
 
 
 def _from_behind(reference: Reference, camera: PhotoCamera) -> bool:
-    """Whether the camera would see the page the other way round than the scanner."""
+    """Return whether the camera would see the page mirrored.
+
+    The scanner is the reference.
+    """
     points = reference.points[::BEHIND_STEP, ::BEHIND_STEP].astype(np.float64)
     where = camera.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
     right, down = np.diff(where, axis=1)[:-1], np.diff(where, axis=0)[:, :-1]
@@ -145,7 +156,10 @@ def _shrunk(grey: Bytes, side: int) -> Bytes:
 
 
 def _posed(reference: Reference, ours: Features, grey: Bytes, focal_px: float | None) -> tuple[PhotoCamera, int]:
-    """The camera that the features of a small photograph (h, w) speak for, and how many do."""
+    """Return the camera that features support, and how many do.
+
+    grey: (h, w), a small copy of the photograph.
+    """
     side, size = max(grey.shape), (grey.shape[1], grey.shape[0])
     matches = match(ours, detect(grey))
     points = reference.at(matches.reference)
@@ -217,7 +231,7 @@ def _uncertainty(camera: PhotoCamera, points: Floats, sigma: float, page: Floats
 
 
 def _insist_on_sharpness(reference: Reference, grey: Bytes, camera: PhotoCamera, shifts: Shifts) -> None:
-    """Raise Refused when a photograph shows the page less sharply than the scanner's own image does."""
+    """Raise Refused when a photograph is less sharp than the scanner's image."""
     if shifts.scale <= 1.0 or shifts.alike.mean() < MIN_ALIKE:  # of another page, its sharpness says nothing
         return
     blur = relative_blur(reference, grey, camera)

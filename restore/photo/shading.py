@@ -1,7 +1,7 @@
-"""Remove the shading of a page that was painted from several pictures.
+"""Removes the shading of a page that was textured from several pictures.
 
-Each picture was taken by a light of its own, and on a creased page no smooth match makes one of the other. So each is
-painted painted_from, its own light is found and divided out, and only then are they blended.
+Each picture was taken in its own light, and on a creased page no smooth match makes one of the other. So each is
+textured alone, its own light is found and removed, and only then are they blended.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from restore.numerics.limits import SINGLE_TINY
 from restore.page import FlatMesh
 from restore.photo.coarse import LINEAR
 from restore.photo.page import Registered, sources_of
-from restore.photo.paint import LEAST_SHARE, enlarged, lit, paint
+from restore.photo.paint import MIN_SHARE, enlarged, lit, paint
 from restore.photo.sources import Plan, Source, plan
 from restore.scan import Bytes, Mask
 from restore.shading.relief import Field, Relief
 from restore.shading.remove import LIGHT_DPI, ShadingResult, find_light
 from restore.texture.page import Painting
 
-SPARED = 97  # of the pixels that two pictures share, one in so many tells how they compare
+SPARED = 97  # every 97th common pixel of two pictures suffices for a comparison
 
 
 def remove_registered_shading(
@@ -35,7 +35,7 @@ def remove_registered_shading(
     """
     sources = sources_of(page, registered)
     planned = plan(page, sources) if len(sources) > 1 else None
-    used = [] if planned is None else [k for k, layer in enumerate(planned.weights) if layer.max() > LEAST_SHARE]
+    used = [] if planned is None else [k for k, layer in enumerate(planned.weights) if layer.max() > MIN_SHARE]
     if planned is None or len(used) < 2:
         return find_light(cells.image, cells.mask, relief).removed_from(painting.image, painting.mask, dpi)
     mask, layers = painting.mask, {k: planned.weights[k] for k in used}
@@ -52,7 +52,7 @@ def remove_registered_shading(
         gain = _gain(evened[main].image, evened[k].image, seen[main] & seen[k])
         total += counted * (evened[k].image if k == main else lit(evened[k].image.astype(np.float32), gain))
         weight += counted
-    image = np.where(mask[..., None], total / np.maximum(weight, LEAST_SHARE) + 0.5, painting.image).astype(np.uint8)
+    image = np.where(mask[..., None], total / np.maximum(weight, MIN_SHARE) + 0.5, painting.image).astype(np.uint8)
     return ShadingResult(image, _report(evened, main))
 
 
@@ -61,7 +61,7 @@ def _seen(mask: Mask, layer: Field, k: int, dpi: float) -> Mask:
 
     The scanner saw all of the page, and the more paper there is the better its light is known.
     """
-    return mask & (_enlarged(layer, mask, dpi) > LEAST_SHARE) if k else mask
+    return mask & (_enlarged(layer, mask, dpi) > MIN_SHARE) if k else mask
 
 
 def _enlarged(layer: Field, mask: Mask, dpi: float) -> Field:
@@ -71,7 +71,10 @@ def _enlarged(layer: Field, mask: Mask, dpi: float) -> Field:
 
 
 def _report(evened: Mapping[int, ShadingResult], main: int) -> dict[str, Any]:
-    """The report on the main picture, and the first reason for which the light of any picture was kept."""
+    """Return the report on the main picture.
+
+    With the first reason for which the light of any picture was kept.
+    """
     reasons = {k: result.report["reason"] for k, result in evened.items() if "reason" in result.report}
     if not reasons:
         return evened[main].report
@@ -88,7 +91,10 @@ def _painted_from(page: FlatMesh, sources: Sequence[Source], planned: Plan, k: i
 
 
 def _gain(wanted: Bytes, given: Bytes, both: Mask) -> Field:
-    """(3,) by what the light of one picture must be multiplied to have the level and colour of another."""
+    """Return the gain (3,) that matches one picture's light to another's.
+
+    In level and colour.
+    """
     some = np.flatnonzero(both)[::SPARED]
     light = [LINEAR[picture.reshape(-1, 3)[some]].sum(axis=0, dtype=float) + SINGLE_TINY for picture in (wanted, given)]
     return np.asarray(light[0] / light[1], dtype=np.float32)

@@ -1,6 +1,6 @@
-"""Which picture each part of the page is painted from, decided on a coarse copy of the page.
+"""Picture from which each part of the page is textured.
 
-Source 0 is the scanner's colour image, source k the k-th photograph.
+Decided on a coarse copy of the page. Source 0 is the scanner's colour image, source k the k-th photograph.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ MAX_GAIN = 8.0  # between the light of two pictures; more is a hole in one of th
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A picture and how the page lies in it.
+    """Picture and how the page lies in it.
 
-    camera  of a photograph, None for the scanner's texture.
-    mtf50   of a photograph's edges, cycles per pixel, None where it has too few to tell.
+    camera: of a photograph, None for the scanner's texture.
+    mtf50: of a photograph's edges, cycles per pixel, None where it has too few to measure it.
     """
 
     image: Bytes
@@ -55,12 +55,12 @@ class Source:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What to paint from, on a coarse page of COARSE_DPI.
+    """What to texture from, on a coarse page of COARSE_DPI.
 
-    weights  (s, h, w) float32 share of each source, in sum 1.
-    gains    (s, h, w, 3) float32 what the linear light of each source is multiplied by, so that seams do not show.
-    ppi      (s, h, w) pixels per inch that each source has there.
-    covered  (s, h, w) True where something covers the page in a source.
+    weights: (s, h, w) float32, fraction of each source, in sum 1.
+    gains: (s, h, w, 3) float32, factor on the linear light of each source, so that seams do not show.
+    ppi: (s, h, w), pixels per inch that each source has there.
+    covered: (s, h, w), True where something covers the page in a source.
     """
 
     weights: NDArray[np.float32]
@@ -70,7 +70,10 @@ class Plan:
 
 
 def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
-    """Decide for each part of a page what it is painted from; sources[0] is the scanner's texture."""
+    """Decide for each part of a page what it is textured from.
+
+    sources[0] is the scanner's texture. The page is an image (h, w, 3).
+    """
     assert page.texcoords is not None
     values = np.column_stack([page.vertices, vertex_normals(page.vertices, page.faces), page.texcoords])
     coarse = page_map(page.flat, page.faces, values, COARSE_DPI).astype(np.float64)
@@ -85,13 +88,19 @@ def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
 
 
 def _hidden_from_scanner(page: FlatMesh, shape: tuple[int, ...]) -> Mask:
-    """(h, w) True on the coarse page where the texture shows another part of it, which lies before that."""
+    """Return where the texture shows another part of the page.
+
+    That part occludes it. Returns (h, w) bool, on the coarse page.
+    """
     centre = viewpoint(page)
     return np.zeros(shape, bool) if centre is None else occluded(page, centre, shape, COARSE_DPI)
 
 
 def _without_contradictions(views: Sequence[CoarseView], normals: Floats, unknown: Mask) -> list[CoarseView]:
-    """Views (h, w) of photographs, neither good where two contradict each other and the scanner saw nothing."""
+    """Return the views without the parts where photographs contradict.
+
+    Neither view is good where two contradict each other and the scanner saw nothing. Views are (h, w).
+    """
     good = [view.good.copy() for view in views]
     for j, k in combinations(range(len(views)), 2):
         both = views[j].good & views[k].good
@@ -133,8 +142,9 @@ def _photographed(
 
 
 def _weights(views: Sequence[CoarseView], shares: Sequence[float], inside: Mask) -> Floats:
-    """(s, h, w) share of each source: the photograph that resolves most, the scanner where none is good.
+    """Return the weight (s, h, w) of each source.
 
+    The photograph that resolves most, the scanner where no photograph is good.
     shares: the ideal pixels to a pixel of each source.
     """
     pixels_per_mm = COARSE_DPI / MM_PER_INCH
@@ -156,13 +166,19 @@ def _weights(views: Sequence[CoarseView], shares: Sequence[float], inside: Mask)
 
 
 def _feathered(good: Mask, inside: Mask, width: float) -> Floats:
-    """0 where a source is not good, rising to 1 within `width` pixels; the border of the page is no seam."""
+    """Return 0 where a source is not good, rising to 1 within `width` pixels.
+
+    The border of the page is not a seam.
+    """
     away = distance_transform_edt(np.pad(good | ~inside, 1, constant_values=True))[1:-1, 1:-1]
     return np.where(good, np.clip((away - 1.0) / width, 0.0, 1.0), 0.0)
 
 
 def _gains(views: Sequence[CoarseView], weights: Floats) -> NDArray[np.float32]:
-    """(s, h, w, 3): the light of the photograph that is used most stays, that of the others is matched to it."""
+    """Return the gains (s, h, w, 3) that match all sources.
+
+    The light of the photograph that is used most stays.
+    """
     main = 1 + int(np.argmax(weights[1:].sum(axis=(1, 2))))
     gains = np.ones((*weights.shape, 3), np.float32)
     known = views[main]
@@ -177,7 +193,10 @@ def _gains(views: Sequence[CoarseView], weights: Floats) -> NDArray[np.float32]:
 
 
 def _gain(light: Floats, wanted: Floats, both: Mask) -> Floats:
-    """(h, w, 3) by what light must be multiplied to become what is wanted, from where both are known."""
+    """Return the gain (h, w, 3) from light to the wanted light.
+
+    From where both are known.
+    """
     total, given = np.zeros_like(light), np.zeros_like(light)
     mask = both[..., None].astype(float)
     for width, share in ((MATCH_MM, 1.0), (FAR_MM, 1e-3)):

@@ -1,4 +1,7 @@
-"""Photographs out of a video: its sharpest frames, spread evenly over the motion of the camera."""
+"""Photographs out of a video: its sharpest frames.
+
+They are spread evenly over the motion of the camera.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +17,11 @@ from restore.photo.photograph import MAX_PIXELS, MIN_SIDE, Photograph
 from restore.scan import Bytes, Floats, Ints
 
 FRAMES = 12  # out of a video: pairs grow with the square, and ten views are as good as twenty
-MOST_FRAMES = 18_000  # five minutes at 60 a second
+MAX_FRAMES = 18_000  # five minutes at 60 a second
 LOOKED_AT = 600  # frames in which sharpness and motion are measured
 SIDE = 480  # pixels of the longer side of what motion is measured in
 CORNERS = 200  # that are followed from frame to frame
-LEAST_MOTION = 0.05  # of a frame's longer side, over the whole video: less, and nothing is seen from two sides
+MIN_MOTION = 0.05  # of a frame's longer side, over the whole video: less, and nothing is seen from two sides
 
 Progress = Callable[[str, float], None]
 
@@ -29,14 +32,15 @@ def is_video(path: Path) -> bool:
 
 
 def read_video(path: Path, progress: Progress, *, frames: int = FRAMES) -> list[Photograph]:
-    """The sharpest frames of a video, one of each of so many equal shares of its motion.
+    """Return the sharpest frames of a video.
 
-    Raises BadInput when it cannot be read, is too long, or the camera stands still in it.
+    One of each of `frames` equal parts of its motion. Raises BadInput when the video cannot be read, is too long, or
+    the camera stands still in it.
     """
     if not path.is_file():
         raise BadInput(f"{path} is not there", "check the name and the folder")
     numbers, sharpness, travelled = _measured(path, progress)
-    if travelled[-1] < LEAST_MOTION:
+    if travelled[-1] < MIN_MOTION:
         raise BadInput(f"{path}: the camera stands still", "move it slowly round the page, 30 degrees to all sides")
     chosen = spread(sharpness, travelled, frames)
     wanted = set(numbers[chosen].tolist())
@@ -50,15 +54,22 @@ def read_video(path: Path, progress: Progress, *, frames: int = FRAMES) -> list[
 
 
 def spread(sharpness: Floats, travelled: Floats, count: int) -> Ints:
-    """Indices of the sharpest frame in each of `count` equal shares of the way, of frames of a sharpness (n,) after a
-    way travelled (n,). A share without a frame gives none."""
+    """Return the sharpest frame in each of `count` equal parts of the path.
+
+    A part without a frame gives none.
+    sharpness: (n,), of the frames.
+    travelled: (n,), path travelled up to each.
+    """
     share = np.minimum((travelled / travelled[-1] * count).astype(int), count - 1)
     return np.array([max(np.flatnonzero(share == k), key=lambda n: sharpness[n]) for k in np.unique(share)])
 
 
 def _measured(path: Path, progress: Progress) -> tuple[Ints, Floats, Floats]:
-    """Numbers (n,) of the frames looked at, their sharpness (n,), and the way travelled up to each (n,), in longer
-    sides of the frame."""
+    """Measure some frames of a video.
+
+    Returns their numbers (n,), their sharpness (n,), and the path travelled up to each (n,), in longer sides of the
+    frame.
+    """
     total = _length(path)
     step = max(total // LOOKED_AT, 1)
     numbers, sharpness, motion = [], [], []
@@ -78,7 +89,10 @@ def _measured(path: Path, progress: Progress) -> tuple[Ints, Floats, Floats]:
 
 
 def _length(path: Path) -> int:
-    """How many frames a video says that it has. Raises BadInput when it cannot be opened or has too many."""
+    """Return how many frames a video claims to have.
+
+    Raises BadInput when it cannot be opened or has too many.
+    """
     video = _opened(path)
     try:
         count = int(video.get(cv2.CAP_PROP_FRAME_COUNT)) if video.isOpened() else 0
@@ -87,16 +101,16 @@ def _length(path: Path) -> int:
             raise BadInput(f"{path} holds no video that can be read", "give an MP4 or MOV file as the phone wrote it")
     finally:
         video.release()
-    if count > MOST_FRAMES:
-        raise BadInput(f"{path} has {count} frames, too many", f"cut it to the page: at most {MOST_FRAMES}")
+    if count > MAX_FRAMES:
+        raise BadInput(f"{path} has {count} frames, too many", f"cut it to the page: at most {MAX_FRAMES}")
     return count
 
 
 def _frames(path: Path) -> Iterator[tuple[int, Bytes]]:
-    """Number and picture (h, w, 3) BGR of each frame, up to MOST_FRAMES."""
+    """Number and picture (h, w, 3) BGR of each frame, up to MAX_FRAMES."""
     video = _opened(path)
     try:
-        for number in range(MOST_FRAMES):
+        for number in range(MAX_FRAMES):
             read, frame = video.read()
             if not read:
                 return
@@ -122,7 +136,10 @@ def _small_grey(frame: Bytes) -> Bytes:
 
 
 def _motion(before: Bytes, after: Bytes) -> float:
-    """Median way of corners from a frame to another, in longer sides of the frame; 0 where there are no corners."""
+    """Return the median motion of corners between two frames.
+
+    In longer sides of the frame; 0 without corners.
+    """
     corners = cv2.goodFeaturesToTrack(before, CORNERS, 0.01, 5)
     if corners is None:
         return 0.0

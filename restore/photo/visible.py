@@ -1,4 +1,7 @@
-"""Visibility of the page from a camera: occlusion by the page itself, grazing view, specular glare."""
+"""Visibility of the page from a camera.
+
+Occlusion by the page itself, grazing view, specular glare.
+"""
 
 from __future__ import annotations
 
@@ -15,18 +18,23 @@ from restore.scan import Bytes, Floats, Ints, Mask
 
 BUFFER_SIDE = 1200  # pixels of the depth buffer's longer side: a quarter of a millimetre on a page that fills it
 OCCLUSION_MM = 1.0  # what lies this much behind the nearest surface is hidden; one pixel on a wall of 70° is less
-LEAST_FACING = 0.2  # cosine of 78°: seen flatter than that, print cannot be read
+MIN_FACING = 0.2  # cosine of 78°: seen flatter than that, print cannot be read
 CLIPPED = 250  # a code from which the sensor is full
 GLARE_SHARE = 0.3  # of the pixels of a spot
 GLARE_GAIN = 1.25  # of the spot's light over that of its surroundings, against what the scanner saw
 # On dark ink a glare need not fill the sensor: no slope is lit three times as much as its surroundings, and light
-# that little is no blacker black.
+# that little does not make black blacker.
 INK_GAIN, INK_LIGHT = 3.0, 0.05
 HAZE_GAIN = 1.1  # of the haze round it, which is not full
 
 
 def visible_points(camera: PhotoCamera, vertices: Floats, faces: Ints, points: Floats, normals: Floats) -> Mask:
-    """(n,) True where the camera sees points (n, 3) mm with normals (n, 3) on a mesh of vertices and faces (m, 3)."""
+    """Return which points a camera sees on a mesh.
+
+    points, normals: (n, 3) mm and (n, 3).
+    faces: (m, 3).
+    Returns (n,) bool.
+    """
     small = camera.scaled(_fitted(camera.size))
     corners = np.nan_to_num(small.project(vertices), nan=-1e6)
     inverse_depth = small.inverse_depth(vertices)
@@ -38,7 +46,7 @@ def visible_points(camera: PhotoCamera, vertices: Floats, faces: Ints, points: F
     behind = 1.0 / camera.inverse_depth(points) - 1.0 / np.maximum(nearest[rows, cols], SINGLE_TINY)
     ways = camera.position - points
     facing = (ways * normals).sum(axis=1) / np.linalg.norm(ways, axis=1)
-    return np.asarray(inside & (behind < OCCLUSION_MM) & (facing > LEAST_FACING))
+    return np.asarray(inside & (behind < OCCLUSION_MM) & (facing > MIN_FACING))
 
 
 def _fitted(size: tuple[int, int]) -> tuple[int, int]:
@@ -47,15 +55,17 @@ def _fitted(size: tuple[int, int]) -> tuple[int, int]:
 
 
 def glare_mask(clipped: Floats, light: Floats, expected: Floats, seen: Mask, reach: float) -> Mask:
-    """(h, w) True where the light of a lamp is mirrored.
+    """Return where the light of a lamp is mirrored, (h, w) bool.
 
-    clipped (h, w): share of full pixels. light and expected (h, w): what the photograph and the scanner saw, linear.
-    seen (h, w): where both did. reach: pixels that the surroundings extend.
+    clipped: (h, w), fraction of full pixels.
+    light, expected: (h, w), what the photograph and the scanner saw, linear.
+    seen: (h, w), where both did.
+    reach: pixels that the surroundings extend.
     """
     gain = np.where(seen, light / np.maximum(expected, SINGLE_TINY), 0.0)
     unclipped = (seen & (clipped < GLARE_SHARE)).astype(float)
     total = blurred_widely(unclipped, reach)
-    # Twice: the haze round a glare is no part of what is usual.
+    # Twice: the haze round a glare is not part of the usual light.
     for _ in range(2):
         usual = blurred_widely(gain * unclipped, reach) / np.maximum(total, SINGLE_TINY)
         unclipped = unclipped * (gain < HAZE_GAIN * usual)
@@ -70,6 +80,11 @@ def glare_mask(clipped: Floats, light: Floats, expected: Floats, seen: Mask, rea
 
 
 def clipped_fraction(image: Bytes, size: tuple[int, int]) -> Floats:
-    """(h, w) share of pixels of an image (H, W, 3) whose every channel is full, at a smaller size (w, h)."""
+    """Return the fraction of clipped pixels at a smaller size (w, h).
+
+    A pixel is clipped where every channel is full.
+    image: (H, W, 3).
+    Returns (h, w).
+    """
     full = cv2.inRange(image, (CLIPPED,) * 3, (255,) * 3)
     return np.asarray(cv2.resize(full, size, interpolation=cv2.INTER_AREA).astype(np.float64) / 255.0)

@@ -1,4 +1,4 @@
-"""Whether all views show one page that lies and is bent alike, and one card that lies beside it.
+"""Checks that all views show one page, bent alike, and one card.
 
 The page is measured in patches. A view in which few of them are found shows another page, or the page where it no
 longer lies; one in which they are found, but not where the others put them, shows it bent otherwise.
@@ -15,46 +15,52 @@ import numpy as np
 from restore.camera.photo_camera import PhotoCamera
 from restore.findings import Finding
 from restore.photo.photograph import Photograph
-from restore.photogrammetry.align import LEAST_COMMON, views_that_agree
+from restore.photogrammetry.align import MIN_COMMON, views_that_agree
 from restore.photogrammetry.bundle import ROUGHLY, Adjusted, Tracks, adjust
 from restore.photogrammetry.card import ScaleCard, detect_markers
 from restore.photogrammetry.errors import CardApart, Mirrored, NoPage, TooFewViews, ViewsApart
 from restore.photogrammetry.sharpness import Sharpness, sharpness
-from restore.photogrammetry.sparse import BLURRED_PX, LEAST_VIEWS, SAME_FOCAL, SIDE
+from restore.photogrammetry.sparse import BLURRED_PX, MIN_VIEWS, SAME_FOCAL, SIDE
 from restore.scan import Bytes, Floats, Ints, Mask
 
-LEAST_SHARE = 0.3  # of the patches that most views show: half a page under a hand leaves more
-MOST_RATIO = 4.0  # of a view's residuals to most views', each over its own uncertainty
-FREE = 0.3  # standard deviation of a focal length that nothing is known of, as a share
+MIN_SHARE = 0.3  # of the patches that most views show: half a page under a hand leaves more
+MAX_RATIO = 4.0  # of a view's residuals to most views', each over its own uncertainty
+FREE = 0.3  # standard deviation of a focal length of which nothing is known, relative
 FREE_SHIFT = 0.05  # the same of a principal point, in widths of the picture
 SAME_CENTRE = 0.01  # of the width: stabilisation shifts a principal point by a tenth of it
 EXPLAINED = 0.7  # of a view's residuals that are left once its focal length or principal point is free, if that was it
-MOST_CARD_MM = 0.3  # rms of the markers about the flat card: ten times what they are off in five views
-WRONG_CARD_MM = 1.0  # a strip of paper that is not flat bends by so much; beyond, the cameras are wrong
+MAX_CARD_MM = 0.3  # rms of the markers about the flat card: ten times what they are off in five views
+WRONG_CARD_MM = 1.0  # a strip of paper that is not flat bends by that much; beyond, the cameras are wrong
 
 
 def check_found(found: Mask, in_frame: Mask, views: Sequence[int]) -> None:
-    """Raise ViewsApart, naming views (v,), if some show much less of the page than most do.
+    """Raise ViewsApart, naming views that show much less of the page.
 
-    found, in_frame: (v, n) True where a patch is found, and where it lies within the picture.
+    Most views (v,) show more.
+    found, in_frame: (v, n), True where a patch is found, and where it lies within the picture.
     """
     known = found.any(axis=0)
     shares = (found & known).sum(axis=1) / np.maximum((in_frame & known).sum(axis=1), 1)
-    _raise_for(views, shares < LEAST_SHARE * np.median(shares), Finding.of("other_page"))
+    _raise_for(views, shares < MIN_SHARE * np.median(shares), Finding.of("other_page"))
 
 
 def check_residuals(residuals: Floats, sigma: Floats, view: Ints, views: Sequence[int]) -> None:
-    """Raise ViewsApart, naming views (v,), if residuals (m, 2) pixels of some are much larger than most views'.
+    """Raise ViewsApart, naming views with much larger residuals than most.
 
-    sigma: (m,) their standard deviations; view: (m,) the row of `views` that each belongs to.
+    residuals: (m, 2) pixels.
+    sigma: (m,), their standard deviations.
+    view: (m,), the row of `views` (v,) that each belongs to.
     """
     medians = _medians(residuals, sigma, view, len(views))
-    _raise_for(views, medians > MOST_RATIO * np.median(medians), Finding.of("other_shape"))
+    _raise_for(views, medians > MAX_RATIO * np.median(medians), Finding.of("other_shape"))
 
 
 def check_optics(adjusted: Adjusted, tracks: Tracks, views: Sequence[int]) -> None:
-    """Raise ViewsApart, naming views (v,), if the tracks speak for focal lengths that differ as only zooms do, or for
-    principal points that differ as only crops do: whichever of the two explains them better."""
+    """Raise ViewsApart, naming views (v,) with another zoom or crop.
+
+    Their tracks support focal lengths that differ as only zooms do, or principal points that differ as only crops do:
+    whichever of the two explains them better.
+    """
     start = adjusted.cameras, adjusted.points, tracks
     freed = adjust(*start, breathing=FREE, settled=ROUGHLY), adjust(*start, shifting=FREE_SHIFT, settled=ROUGHLY)
     better = min(freed, key=lambda one: one.sigma0)
@@ -74,13 +80,19 @@ def check_optics(adjusted: Adjusted, tracks: Tracks, views: Sequence[int]) -> No
 
 
 def _medians(residuals: Floats, sigma: Floats, view: Ints, views: int) -> Floats:
-    """(v,) median of the residuals (m, 2) of each view, over their standard deviations (m,); 0 where it has none."""
+    """Return the median normalised residual of each view, (v,).
+
+    residuals: (m, 2), over their standard deviations sigma (m,). 0 where a view has none.
+    """
     errors = np.linalg.norm(residuals, axis=1) / sigma
     return np.array([np.median(errors[view == row]) if (view == row).any() else 0.0 for row in range(views)])
 
 
 def within(cameras: Sequence[PhotoCamera], points: Floats) -> Mask:
-    """(v, n) True where points (n, 3) lie within the pictures of cameras."""
+    """Return which points are within the pictures of cameras.
+
+    points: (n, 3). Returns (v, n) bool.
+    """
     inside = [
         ((pixels > 0) & (pixels < np.array(camera.size) - 1)).all(axis=1)
         for camera, pixels in ((camera, camera.project(points)) for camera in cameras)
@@ -89,11 +101,14 @@ def within(cameras: Sequence[PhotoCamera], points: Floats) -> Mask:
 
 
 def without(failed: Mapping[int, Finding], apart: ViewsApart, left: int, names: Sequence[str]) -> dict[int, Finding]:
-    """The views that failed, and those apart. Raises TooFewViews when fewer than three would be left."""
+    """Return the views that failed, and those apart.
+
+    Raises TooFewViews when fewer than three would be left.
+    """
     both = {**failed, **apart.reasons}
-    if left - len(apart.reasons) < LEAST_VIEWS:
+    if left - len(apart.reasons) < MIN_VIEWS:
         raise TooFewViews(
-            f"{left - len(apart.reasons)} photographs show one page that lies still, and {LEAST_VIEWS} are needed: "
+            f"{left - len(apart.reasons)} photographs show one page that lies still, and {MIN_VIEWS} are needed: "
             + "; ".join(f"{names[view]}: {why.text}" for view, why in both.items()),
             "photograph one page, and move neither it nor the card from the first photograph to the last",
         ) from apart
@@ -131,7 +146,7 @@ def find_markers(photographs: Sequence[Photograph], card: ScaleCard) -> dict[int
     mirrored = [
         photographs[number].name
         for number, markers in seen.items()
-        if len(markers) < LEAST_COMMON <= len(detect_markers(_flipped(photographs[number].image), card))
+        if len(markers) < MIN_COMMON <= len(detect_markers(_flipped(photographs[number].image), card))
     ]
     if mirrored:
         raise Mirrored(
@@ -147,14 +162,19 @@ def _flipped(image: Bytes) -> Bytes:
 def card_findings(
     photographs: Sequence[Photograph], seen: Mapping[int, Mapping[int, Floats]], scale: Mapping[str, Any]
 ) -> tuple[Finding, ...]:
-    """What is to be reported of the card: photographs with their cameras, the centres (2,) of the markers
-    seen in each by its index, and the scale found. Raises CardApart when the markers are where no card has them."""
+    """Return the findings about the card.
+
+    photographs: with their cameras.
+    seen: centres (2,) of the markers seen in each, by its index.
+    scale: the scale found.
+    Raises CardApart when the markers are where no card has them.
+    """
     cameras = {number: photograph.camera for number, photograph in enumerate(photographs) if photograph.camera}
-    showing = [number for number in cameras if len(seen.get(number, {})) >= LEAST_COMMON]
-    if len(showing) < LEAST_VIEWS:
+    showing = [number for number in cameras if len(seen.get(number, {})) >= MIN_COMMON]
+    if len(showing) < MIN_VIEWS:
         return (Finding.of("card_in_few"),)
     agreeing = views_that_agree(cameras, seen)
-    if len(agreeing) < LEAST_VIEWS:
+    if len(agreeing) < MIN_VIEWS:
         raise CardApart(
             "no three photographs agree where the card lies next to the page: page or card was moved, or photographs "
             "were cropped or zoomed",
@@ -170,6 +190,6 @@ def card_findings(
     apart = [photographs[number].name for number in showing if number not in agreeing]
     if apart:
         found.append(Finding.of("card_moved", names=", ".join(apart)))
-    if off > MOST_CARD_MM:
+    if off > MAX_CARD_MM:
         found.append(Finding.of("card_uneven", distance_mm=off))
     return tuple(found)

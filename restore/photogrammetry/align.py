@@ -15,9 +15,9 @@ from restore.scan import Floats
 
 ITERATIONS = 5  # of a triangulation: each divides what is left by ten or more
 SAMPLE = 3  # views: two agree on any move along their epipolar lines
-MOST_SAMPLES = 200  # of 10 views there are 120
-LEAST_COMMON = 4  # markers
-MOST_OFFSET = 1e-3  # of a picture's longer side: some 0.3 mm on the table, twice what the first cameras are off by
+MAX_SAMPLES = 200  # of 10 views there are 120
+MIN_COMMON = 4  # markers
+MAX_OFFSET = 1e-3  # of a picture's longer side: some 0.3 mm on the table, twice what the first cameras are off by
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Similarity:
     shift: Floats
 
     def points(self, points: Floats) -> Floats:
-        """(n, 3) the points (n, 3) in the other frame."""
+        """Return points (n, 3) in the other frame."""
         return np.asarray(self.scale * points @ self.rotation.T + self.shift)
 
     def camera(self, camera: PhotoCamera) -> PhotoCamera:
@@ -42,7 +42,10 @@ class Similarity:
 
 
 def fit_similarity(here: Floats, there: Floats) -> Similarity:
-    """The similarity that brings points (n, 3) nearest to others (n, 3) (Umeyama, PAMI 13(4), 1991, eq. 40–42)."""
+    """Return the similarity that brings points nearest to others.
+
+    here, there: (n, 3). Source: Umeyama, PAMI 13(4), 1991, eq. 40–42.
+    """
     from_middle, to_middle = here - here.mean(axis=0), there - there.mean(axis=0)
     left, values, right = np.linalg.svd(to_middle.T @ from_middle)
     signs = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
@@ -52,9 +55,9 @@ def fit_similarity(here: Floats, there: Floats) -> Similarity:
 
 
 def triangulate(cameras: Sequence[PhotoCamera], pixels: Floats) -> Floats:
-    """(3,) the point that cameras see at pixels (v, 2), by least squares of the reprojection errors.
+    """Return the point (3,) that cameras see at pixels (v, 2).
 
-    It begins at the point nearest to the undistorted lines of sight.
+    By least squares of the reprojection errors, from the point nearest to the undistorted lines of sight.
     """
     gram, side = np.zeros((3, 3)), np.zeros(3)
     for camera, pixel in zip(cameras, pixels, strict=True):
@@ -75,7 +78,7 @@ def triangulate(cameras: Sequence[PhotoCamera], pixels: Floats) -> Floats:
 
 
 def line_of_sight(camera: PhotoCamera, pixel: Floats) -> Floats:
-    """(3,) unit vector from a camera along the line of sight of a pixel (2,)."""
+    """Return the unit vector (3,) along the line of sight of a pixel (2,)."""
     focal, cx, cy = camera.vector[6:9]
     matrix = np.array([[focal, 0, cx], [0, focal, cy], [0, 0, 1.0]])
     tangents = cv2.undistortPoints(np.asarray(pixel, float).reshape(1, 1, 2), matrix, camera.vector[9:]).ravel()
@@ -86,8 +89,9 @@ def line_of_sight(camera: PhotoCamera, pixel: Floats) -> Floats:
 def triangulate_markers(
     cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapping[int, Floats]], least_views: int
 ) -> dict[int, Floats]:
-    """Marker → its centre (3,) in the frame of the cameras, of those that so many views show.
+    """Return the centre (3,) of each marker in enough views.
 
+    In the frame of the cameras.
     seen: photograph → marker → pixel (2,), of views that agree.
     """
     numbers = sorted({marker for markers in seen.values() for marker in markers})
@@ -101,29 +105,34 @@ def triangulate_markers(
 
 
 def upright(normal: Floats, up: Floats) -> Floats:
-    """(3, 3) rows right, up and out of a plane with a unit normal (3,), its up as near as can be to up (3,)."""
+    """Return the axes (3, 3): rows right, up and out of a plane.
+
+    normal: (3,), unit vector.
+    up: (3,), to which the axis up is as near as can be.
+    """
     along = up - normal * (up @ normal)
     along = along / max(float(np.linalg.norm(along)), TINY)
     return np.stack([np.cross(along, normal), along, normal])
 
 
 def views_that_agree(cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapping[int, Floats]]) -> list[int]:
-    """The most views in which the markers lie where one card puts them: in the others page or card were moved.
+    """Return the most views in which the markers lie as on one card.
 
-    seen: by view and marker, the pixel (2,) of its centre. A consensus of views over samples of three (Fischler &
-    Bolles, Comm. ACM 24(6), 1981). Fewer than three views with LEAST_COMMON markers cannot disagree: all are returned.
+    In the others page or card were moved. A consensus of views over samples of three (Fischler & Bolles, Comm. ACM
+    24(6), 1981). Fewer than three views with MIN_COMMON markers cannot disagree: all are returned.
+    seen: by view and marker, the pixel (2,) of its centre.
     """
-    views = [number for number in cameras if len(seen.get(number, {})) >= LEAST_COMMON]
+    views = [number for number in cameras if len(seen.get(number, {})) >= MIN_COMMON]
     if len(views) < SAMPLE:
         return views
     sights = {view: _sights(cameras[view], seen[view]) for view in views}
     best: tuple[int, float, list[int]] = (0, 0.0, [])
     for sample in _samples(views):
         points = _nearest_points([sights[view] for view in sample])
-        if len(points) < LEAST_COMMON:
+        if len(points) < MIN_COMMON:
             continue
         off = {view: _offset(cameras[view], seen[view], points) for view in views}
-        agreeing = [view for view in views if off[view] < MOST_OFFSET * max(cameras[view].size)]
+        agreeing = [view for view in views if off[view] < MAX_OFFSET * max(cameras[view].size)]
         if set(sample) <= set(agreeing):
             best = max(best, (len(agreeing), -sum(off[view] for view in agreeing), agreeing))
     return best[2]
@@ -137,13 +146,16 @@ def agreeing_markers(
 
 
 def _samples(views: Sequence[int]) -> list[tuple[int, ...]]:
-    """All samples of three views, or MOST_SAMPLES of them spread evenly."""
+    """All samples of three views, or MAX_SAMPLES of them spread evenly."""
     samples = list(combinations(views, SAMPLE))
-    return samples[:: -(-len(samples) // MOST_SAMPLES)]
+    return samples[:: -(-len(samples) // MAX_SAMPLES)]
 
 
 def _sights(camera: PhotoCamera, seen: Mapping[int, Floats]) -> dict[int, tuple[Floats, Floats]]:
-    """Marker → the normal equations, (3, 3) and (3,), of the distance of a point from its line of sight."""
+    """Return the normal equations of each marker's line of sight.
+
+    By marker, (3, 3) and (3,), of the distance of a point from the line.
+    """
     equations = {}
     for marker, pixel in seen.items():
         way = line_of_sight(camera, pixel)
@@ -153,14 +165,20 @@ def _sights(camera: PhotoCamera, seen: Mapping[int, Floats]) -> dict[int, tuple[
 
 
 def _nearest_points(sights: Sequence[Mapping[int, tuple[Floats, Floats]]]) -> dict[int, Floats]:
-    """Marker → the point (3,) nearest to its lines of sight, for markers that all the views show."""
+    """Return the point (3,) nearest to its lines of sight, by marker.
+
+    For markers that all the views show.
+    """
     common = set.intersection(*(set(one) for one in sights))
     sums = {marker: [sum(one[marker][k] for one in sights) for k in (0, 1)] for marker in common}
     return {marker: np.asarray(np.linalg.pinv(gram) @ side, np.float64) for marker, (gram, side) in sums.items()}
 
 
 def _offset(camera: PhotoCamera, seen: Mapping[int, Floats], points: Mapping[int, Floats]) -> float:
-    """Median distance in pixels of the markers in a view from where points (3,) project to."""
+    """Return the median error of the markers in a view, pixels.
+
+    From where points (3,) project to.
+    """
     common = [marker for marker in points if marker in seen]
     if not common:
         return float("inf")

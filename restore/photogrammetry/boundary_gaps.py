@@ -1,6 +1,7 @@
-"""The page's edge where no view tells it: short stretches and corners are drawn from what is measured beside them.
+"""The page's edge where no view shows it.
 
-At a corner no side is long enough to be measured: it is where the lines of the two sides meet.
+Short stretches and corners are drawn from the measured parts next to them. At a corner no side is long enough to be
+measured: it is where the lines of the two sides meet.
 """
 
 from __future__ import annotations
@@ -14,19 +15,24 @@ from restore.scan import Floats, Ints, Mask
 
 SPACING_MM = 2.0  # of the points of the edge
 BESIDE = np.arange(1, 7)  # points from what is not measured, along which a side is a line
-LEAST_OF_SIDE = 3  # of them, measured
+MIN_OF_SIDE = 3  # of them, measured
 LONGEST_MM = 20.0  # that is drawn straight, or to a corner
-STRAY_MM = 5.0  # from a straight side: as far as masks are off where the card lies beside it
+STRAY_MM = 5.0  # from a straight side: the error of masks where the card lies next to it
 CORNER = np.cos(np.deg2rad(30.0))  # between two sides
 SHARP_MM = 1.0  # from the meeting of two sides to what was measured there: more is a corner that is cut or round
-APART = 3.0  # spacings between neighbours, beyond which one of them is no point of this edge
-LEAST_IN_ROW = 4  # points that hang together: fewer, with none of the edge beside them, are chance
-TANGLED = 1.5  # times the straight way: what is as long on the flat page is no side of it
-MEETING_MM = 2.0  # between two sides where they pass each other in space: more is no corner of one page
+APART = 3.0  # spacings between neighbours, beyond which one of them is not of this edge
+MIN_IN_ROW = 4  # connected points: fewer, away from others of the edge, are chance
+TANGLED = 1.5  # times the straight way: what is as long on the flat page is not a side of it
+MEETING_MM = 2.0  # between two sides where they pass each other in space: more is not a corner of one page
 
 
 def bridged(points: Floats, measured: Mask) -> Floats:
-    """Points (n, 3) mm round a page, short stretches that are not measured (n,) drawn straight or to a corner."""
+    """Draw short unmeasured stretches straight or to a corner.
+
+    points: (n, 3) mm, round a page.
+    measured: (n,).
+    Returns (n, 3) mm.
+    """
     bridged = points.copy()
     for run, before, after in _gaps(measured):
         if len(run) * SPACING_MM < LONGEST_MM:
@@ -35,8 +41,13 @@ def bridged(points: Floats, measured: Mask) -> Floats:
 
 
 def straightened(places: Floats, measured: Mask) -> tuple[Floats, Mask]:
-    """Places (n, 2) mm on the page of an edge, long stretches that are not measured (n,) drawn straight where they are
-    nearly so, or no side of a page at all, and which (n,) those are."""
+    """Draw long unmeasured stretches of an edge straight.
+
+    Those that are nearly straight, or cannot be a side of a page at all.
+    places: (n, 2) mm on the page.
+    measured: (n,).
+    Returns the places, and (n,) which those are.
+    """
     drawn, straight = places.copy(), np.zeros(len(places), bool)
     for run, before, after in _gaps(measured):
         (start, _), (stop, _) = _line(places[before[::-1]]), _line(places[after])
@@ -50,18 +61,24 @@ def straightened(places: Floats, measured: Mask) -> tuple[Floats, Mask]:
 
 
 def _gaps(measured: Mask) -> Iterator[tuple[Ints, Ints, Ints]]:
-    """The stretches of an edge that are not measured (n,), and the measured points before and after each."""
+    """Yield the unmeasured stretches of an edge.
+
+    measured: (n,). With the measured points before and after each.
+    """
     count = len(measured)
     for start in np.flatnonzero(~measured & np.roll(measured, 1)):
         run = start + np.arange(np.argmax(np.roll(measured, -start)))
         before, after = (run[0] - BESIDE[::-1]) % count, (run[-1] + BESIDE) % count
         before, after = before[measured[before]], after[measured[after]]
-        if min(len(before), len(after)) >= LEAST_OF_SIDE:
+        if min(len(before), len(after)) >= MIN_OF_SIDE:
             yield run % count, before, after
 
 
 def scattered(points: Floats, measured: Mask) -> Mask:
-    """(n,) True for measured points (n, 3) mm of few that hang together: the others are no neighbours of theirs."""
+    """Return the measured points of small groups, (n,) bool.
+
+    points: (n, 3) mm. The other points are not their neighbours.
+    """
     joined = measured & np.roll(measured, -1)  # with the next
     joined &= np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1) < APART * SPACING_MM
     if joined.all():
@@ -69,11 +86,14 @@ def scattered(points: Floats, measured: Mask) -> Mask:
     first = int(np.argmin(joined)) + 1  # the row of points that hang together begins behind a gap
     number = np.cumsum(~np.roll(np.roll(joined, 1), -first))
     rows = np.roll(np.bincount(number)[number], first)
-    return measured & (rows < LEAST_IN_ROW)
+    return measured & (rows < MIN_IN_ROW)
 
 
 def at_corners(points: Floats) -> Mask:
-    """(n,) True for points (n, 3) mm beside the place where two sides meet, which are averaged over both."""
+    """Return points where two sides meet, which are averaged over both.
+
+    points: (n, 3) mm. Returns (n,) bool.
+    """
     found = np.zeros(len(points), bool)
     for number, point in enumerate(points):
         before, after = ((number + way * (1 + BESIDE)) % len(points) for way in (-1, 1))
@@ -84,7 +104,10 @@ def at_corners(points: Floats) -> Mask:
 
 
 def _between(before: Floats, after: Floats, count: int) -> Floats:
-    """(count, 3) points between two sides of points (k, 3) and (m, 3) mm: on a straight line, or round their corner."""
+    """Return points (count, 3) between two sides.
+
+    before, after: (k, 3) and (m, 3) mm, the sides. On a straight line, or round their corner.
+    """
     (start, ahead), (stop, back) = _line(before[::-1]), _line(after)  # each from its end
     way = [start, *_corner(start, ahead, stop, back), stop]
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))])
@@ -95,7 +118,10 @@ def _between(before: Floats, after: Floats, count: int) -> Floats:
 
 
 def _line(side: Floats) -> tuple[Floats, Floats]:
-    """Where a side of points (k, 3) mm ends, the first of them being the nearest to the end, and its way (3,) there."""
+    """Return the end of a side and its direction (3,) there.
+
+    side: (k, 3) mm, the first point being the nearest to the end.
+    """
     middle = side.mean(axis=0)
     way = np.linalg.svd(side - middle)[2][0]
     way = way * np.sign(way @ (side[0] - side[-1]))
@@ -103,7 +129,10 @@ def _line(side: Floats) -> tuple[Floats, Floats]:
 
 
 def _corner(start: Floats, ahead: Floats, stop: Floats, back: Floats) -> list[Floats]:
-    """The place (3,) mm where two sides meet, if they do, that end at `start` and `stop` and point to each other."""
+    """Return the place (3,) mm where two sides meet, if they do.
+
+    They end at `start` and `stop` and point to each other.
+    """
     cosine, gap = float(ahead @ back), stop - start
     if abs(cosine) > CORNER:
         return []

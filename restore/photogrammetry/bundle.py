@@ -1,4 +1,4 @@
-"""Bundle adjustment of many points and few views that share a lens.
+"""Bundle adjustment of many points and few views of one lens.
 
 Gauss–Newton with damping on the reduced camera system (Triggs et al., "Bundle adjustment: a modern synthesis", 2000,
 §6.1): the points are eliminated, and of the cameras there are so few that the rest is dense. Errors are weighted as
@@ -21,9 +21,9 @@ from restore.scan import Floats, Ints
 
 OWN = 9  # unknowns of a view: rotation 3, translation 3, focal length as a logarithm, principal point 2
 SHARED = 8  # of the lens: focal length as a logarithm, principal point 2, k1, k2, p1, p2, k3
-BREATHING = 5e-4  # standard deviation of a view's focal length about the lens's, as a share: autofocus on one page
+BREATHING = 5e-4  # standard deviation of a view's focal length about the lens's, relative: autofocus on one page
 SHIFTING = 5e-4  # of its principal point, in widths of the picture
-K3_PRIOR = 0.1  # a lens that is no fisheye has no more; without, k3 and k2 run away together
+K3_PRIOR = 0.1  # lenses other than fisheyes have no more; without, k3 and k2 run away together
 ITERATIONS = 12
 SETTLED = 1e-5  # relative gain of a step
 ROUGHLY = 1e-3  # the same where the cameras are adjusted again: eight steps instead of twelve
@@ -48,7 +48,13 @@ class Tracks:
 
 @dataclass(frozen=True, eq=False)
 class Adjusted:
-    """Cameras and points (n, 3) after the adjustment, residuals (m, 2) pixels, and sigma0, the common factor."""
+    """Result of an adjustment.
+
+    cameras: after it.
+    points: (n, 3), after it.
+    residuals: (m, 2) pixels.
+    sigma0: the common factor of their standard deviations.
+    """
 
     cameras: list[PhotoCamera]
     points: Floats
@@ -65,7 +71,7 @@ class _State:
     points: Floats  # (n, 3)
 
     def lenses(self) -> Floats:
-        """(v, 8): what each view was taken through."""
+        """Return the lens (v, 8) of each view."""
         lenses = np.tile(self.lens, (len(self.own), 1))
         lenses[:, :3] += self.own
         return lenses
@@ -93,10 +99,12 @@ def adjust(
     shifting: float = SHIFTING,
     settled: float = SETTLED,
 ) -> Adjusted:
-    """Adjust cameras of one lens and points (n, 3) to their tracks. Points without observations stay as they are.
+    """Adjust cameras of one lens and points (n, 3) to their tracks.
 
-    breathing, shifting: standard deviations of a view's focal length about the lens's, as a share, and of its principal
-    point, in widths of the picture. settled: the relative gain of a step at which it ends.
+    Points without observations stay as they are.
+    breathing: standard deviation of a view's focal length about the lens's, relative.
+    shifting: that of its principal point, in widths of the picture.
+    settled: the relative gain of a step at which it ends.
     """
     state = _start(cameras, points)
     width = cameras[0].size[0]
@@ -186,7 +194,7 @@ def _step(
 def _project(
     rotations: Floats, shifts: Floats, lenses: Floats, points: Floats, view: Ints, point: Ints, pixels: Floats
 ) -> Floats:
-    """(m, 2): measured less projected pixels."""
+    """Return measured less projected pixels, (m, 2)."""
     out = np.empty((len(view), 2))
     for m in range(len(view)):
         v, p = view[m], points[point[m]]
@@ -213,8 +221,10 @@ def _normal_equations(
     residuals: Floats,
     weights: Floats,
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """The blocks of the normal equations: cameras (c, c), points with cameras (n, 3, c), points (n, 3, 3), and the
-    right sides (c,) and (n, 3)."""
+    """Return the blocks of the normal equations.
+
+    Cameras (c, c), points with cameras (n, 3, c), points (n, 3, 3), and the right sides (c,) and (n, 3).
+    """
     views = len(shifts)
     count = OWN * views + SHARED
     cameras, crossed = np.zeros((count, count)), np.zeros((len(points), 3, count))
@@ -248,10 +258,13 @@ def _normal_equations(
 
 @numba.njit(cache=True, nogil=True)
 def _eliminate_points(cameras: Floats, side: Floats, crossed: Floats, inverse: Floats, point_side: Floats) -> None:
-    """Reduce the equations of the cameras (c, c) and their right side (c,), in place, by those of the points.
+    """Eliminate the points from the equations of the cameras, in place.
 
-    crossed (n, 3, c), the inverse of the points' blocks (n, 3, 3) and their right sides (n, 3). Compiled here: the
-    threads of a matrix product wait for each other longer than one of them takes.
+    Compiled here: the threads of a matrix product wait for each other longer than one of them takes.
+    cameras, side: (c, c) and (c,).
+    crossed: (n, 3, c).
+    inverse: (n, 3, 3), of the points' blocks.
+    point_side: (n, 3).
     """
     count = len(side)
     moves = np.empty((count, 3))  # of a point for a unit of each unknown
@@ -275,7 +288,11 @@ def _eliminate_points(cameras: Floats, side: Floats, crossed: Floats, inverse: F
 
 @numba.njit(cache=True)
 def _derivatives(turn: Floats, shift: Floats, lens: Floats, p: Floats, by_camera: Floats, by_point: Floats) -> None:
-    """Write the derivatives of a projection by its camera (2, 17), own unknowns first, and by its point (2, 3)."""
+    """Write the derivatives of a projection by its camera and its point.
+
+    by_camera: (2, 17), own unknowns first.
+    by_point: (2, 3).
+    """
     turned = turn @ p
     z = turned[2] + shift[2]
     x, y = (turned[0] + shift[0]) / z, (turned[1] + shift[1]) / z

@@ -1,4 +1,7 @@
-"""The scale card: a printed strip of fiducial markers (ArUco DICT_5X5_50) that gives photographs their scale."""
+"""The scale card: a printed strip of ArUco markers (DICT_5X5_50).
+
+It gives photographs their scale.
+"""
 
 from __future__ import annotations
 
@@ -47,16 +50,19 @@ class ScaleCard:
 
     @property
     def centres(self) -> Floats:
-        """(n, 2) mm: centres of the markers, x right and y up from the centre of the card."""
+        """Return the centres of the markers, (n, 2) mm.
+
+        x right and y up from the centre of the card.
+        """
         row, col = np.divmod(np.arange(self.columns * self.rows), self.columns)
         return np.stack([col - (self.columns - 1) / 2, (self.rows - 1) / 2 - row], axis=1) * self.pitch_mm
 
     def ink(self, marker: int) -> Mask:
-        """(7, 7) True where a cell of a marker is black, row 0 at the top."""
+        """Return the black cells of a marker, (7, 7), row 0 at the top."""
         return np.asarray(cv2.aruco.generateImageMarker(_dictionary(), marker, CELLS) == INK)
 
     def picture(self, dpi: float) -> Bytes:
-        """(h, w) uint8: the card as it is printed."""
+        """Return the card as it is printed, (h, w) uint8."""
         per_mm = dpi / MM_PER_INCH
         size = np.array(self.size_mm)
         image = np.full(np.rint(size[::-1] * per_mm).astype(int), PAPER, np.uint8)
@@ -68,11 +74,17 @@ class ScaleCard:
 
     @property
     def outline(self) -> Floats:
-        """(4, 2) mm: corners of the strip, counter-clockwise from the lower left, from its centre."""
+        """Return the corners (4, 2) of the strip, mm from its centre.
+
+        Counter-clockwise from the lower left.
+        """
         return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(self.size_mm) / 2
 
     def hull(self, markers: Sequence[int], margin_mm: float | None = None) -> Floats:
-        """(n, 2) mm: the convex hull, counter-clockwise, of some markers with a margin round them, by default all."""
+        """Return the convex hull of some markers with a margin, (n, 2) mm.
+
+        Counter-clockwise; by default of all markers.
+        """
         reach = self.marker_mm / 2 + (self.margin_mm if margin_mm is None else margin_mm)
         corners = self.centres[list(markers), None] + reach * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         hull = cv2.convexHull(corners.reshape(-1, 1, 2).astype(np.float32)).reshape(-1, 2)
@@ -84,10 +96,11 @@ SCALE_CARD = ScaleCard()
 
 
 def detect_markers(image: Bytes, card: ScaleCard = SCALE_CARD) -> Mapping[int, Floats]:
-    """Pixels (2,) of the centre of every marker of a card in a photograph (h, w, 3) uint8 RGB, by its number.
+    """Return the pixel (2,) of the centre of every marker of a card.
 
-    A centre is where the diagonals cross: blur and the detector shift the corners of a marker all inwards or all
-    outwards, which cancels there. A marker that is seen twice is left out: there are two cards.
+    By its number. A centre is where the diagonals cross: blur and the detector shift the corners of a marker all
+    inwards or all outwards, which cancels there. A marker that is seen twice is left out: there are two cards.
+    image: (h, w, 3) uint8 RGB.
     """
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     ratio = min(1.0, DETECTION_SIDE / max(grey.shape))
@@ -106,10 +119,12 @@ def detect_markers(image: Bytes, card: ScaleCard = SCALE_CARD) -> Mapping[int, F
 def outline_in(
     seen: Mapping[int, Floats], card: ScaleCard = SCALE_CARD, *, margin_mm: float | None = None
 ) -> Floats | None:
-    """(n, 2) pixels: the hull of the markers of a card that a photograph shows at pixels (2,), with a margin.
+    """Return the hull of a card's markers in a photograph, pixels (n, 2).
 
-    seen: pixels by the number of the marker. The margin is that of the card when None. The page may hide the rest of
-    the card. None for fewer than four markers.
+    The page may hide the rest of the card.
+    seen: pixels (2,) by the number of the marker.
+    margin_mm: that of the card when None.
+    Returns None for fewer than four markers.
     """
     numbers = list(seen)
     if len(numbers) < 4:
@@ -121,7 +136,10 @@ def outline_in(
 
 
 def _refined(grey: Bytes, corners: Floats) -> Floats:
-    """Corners (4, 2) of a marker, found again in a picture (h, w) to a fraction of a pixel."""
+    """Refine the corners (4, 2) of a marker to a fraction of a pixel.
+
+    grey: (h, w).
+    """
     cell = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).min() / CELLS
     reach = max(int(cell * CORNER_WINDOW), 2)
     criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, CORNER_ACCURACY[1], CORNER_ACCURACY[0])
@@ -130,7 +148,7 @@ def _refined(grey: Bytes, corners: Floats) -> Floats:
 
 
 def crossing_of_diagonals(corners: Floats) -> Floats:
-    """(2,) where the diagonals of a quadrilateral (4, 2) cross."""
+    """Return where the diagonals of a quadrilateral (4, 2) cross, (2,)."""
     a, b, c, d = corners
     matrix = np.stack([c - a, b - d], axis=1)
     return np.asarray(a + np.linalg.solve(matrix, b - a)[0] * (c - a))

@@ -1,4 +1,7 @@
-"""Where the scale card lies in a model of photographs, from all its markers in all views at once."""
+"""Pose of the scale card in a model of photographs.
+
+From all its markers in all views at once.
+"""
 
 from __future__ import annotations
 
@@ -13,26 +16,27 @@ from restore.photogrammetry.align import Similarity, agreeing_markers, fit_simil
 from restore.photogrammetry.card import ScaleCard
 from restore.scan import Floats
 
-LEAST_MARKERS = 4  # in three views or more: a plane and a scale, and one to spare
-LEAST_VIEWS = 3
+MIN_MARKERS = 4  # in three views or more: a plane and a scale, and one to spare
+MIN_VIEWS = 3
 STEPS = 10
 CAUCHY = 2.5  # standard deviations at which a marker in a view has half its weight: the page may hide part of it
 SHOWN_WHOLE = 0.9  # of the markers in all views; the page may hide a part of the others
-LEAST_SIGMA_PX = 0.03  # of the centre of a marker
+MIN_SIGMA_PX = 0.03  # of the centre of a marker
 
 
 def find_card(
     cameras: Mapping[int, PhotoCamera], markers: Mapping[int, Mapping[int, Floats]], card: ScaleCard
 ) -> tuple[Similarity, float, int] | None:
-    """The similarity from the card's frame to that of the cameras, its rms error in mm on the card, and its markers.
+    """Find the similarity from the card's frame to that of the cameras.
 
-    The error leaves out the worst tenth, the last is their number. markers: photograph → marker → pixel (2,). None when
-    too few of them are seen in three views. The reprojection errors of all are least, with the weights that Cauchy's
-    distribution gives them.
+    The reprojection errors of all are least, with the weights that Cauchy's distribution gives them.
+    markers: photograph → marker → pixel (2,).
+    Returns also its rms error in mm on the card without the worst tenth, and the number of markers. None when too few
+    of them are seen in three views.
     """
     agreeing = agreeing_markers(cameras, markers)
-    found = triangulate_markers(cameras, agreeing, LEAST_VIEWS)
-    if len(found) < LEAST_MARKERS:
+    found = triangulate_markers(cameras, agreeing, MIN_VIEWS)
+    if len(found) < MIN_MARKERS:
         return None
     centres = np.column_stack([card.centres, np.zeros(len(card.centres))])
     pose = fit_similarity(centres[list(found)], np.array(list(found.values())))
@@ -41,7 +45,7 @@ def find_card(
         pixels, rows = _equations(pose, centres, cameras, seen)
         errors = np.array([markers[view][marker] for view, marker in seen]) - pixels
         length = np.linalg.norm(errors, axis=1)
-        sigma = max(robust_sigma(errors.ravel()), LEAST_SIGMA_PX)
+        sigma = max(robust_sigma(errors.ravel()), MIN_SIGMA_PX)
         weights = 1.0 / (1.0 + (length / (CAUCHY * sigma)) ** 2)
         root = np.sqrt(weights)[:, None]
         step = np.linalg.lstsq((rows * root[..., None]).reshape(-1, 7), (errors * root).ravel(), rcond=None)[0]
@@ -57,7 +61,10 @@ def find_card(
 def _equations(
     pose: Similarity, centres: Floats, cameras: Mapping[int, PhotoCamera], seen: list[tuple[int, int]]
 ) -> tuple[Floats, Floats]:
-    """Pixels (m, 2) of markers in views, and their derivatives (m, 2, 7) by log scale, rotation and shift."""
+    """Return pixels of markers and their derivatives.
+
+    Pixels (m, 2); derivatives (m, 2, 7) by log scale, rotation and shift.
+    """
     pixels, rows = np.empty((len(seen), 2)), np.empty((len(seen), 2, 7))
     for number, (view, marker) in enumerate(seen):
         arm = pose.scale * pose.rotation @ centres[marker]

@@ -17,9 +17,11 @@ Copies = NDArray[np.float32]
 
 
 def smoothed_copies(photographs: Sequence[Photograph], side: int) -> Copies:
-    """(v, h, w) brightness of photographs of a size, a little smoothed, in copies whose longer side is at most `side`.
+    """Return smoothed brightness of photographs, in smaller copies.
 
     Both directions are shrunk by one ratio, that of the widths: whole pixels of the height would differ from it.
+    side: maximum of the longer side of a copy.
+    Returns (v, h, w).
     """
     height, width = photographs[0].image.shape[:2]
     ratio = round(width * min(1.0, side / max(height, width))) / width

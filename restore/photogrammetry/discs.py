@@ -1,7 +1,7 @@
-"""Quadratics through the points of discs on the page, and what they predict of other points.
+"""Quadratics through the points of discs on the page.
 
-Beside a crease a disc that ends before it is a better neighbour's than the point's own (shiftable windows, after
-Kuwahara 1976; `range_image.facet_model` does so on a grid).
+They predict other points. Next to a crease a disc that ends before it is a better neighbour's than the point's own
+(shiftable windows, after Kuwahara 1976; `range_image.facet_model` does so on a grid).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from restore.scan import Floats, Ints
 
 TERMS = 6
-LEAST_POINTS = 12  # in a disc: twice the unknowns
+MIN_POINTS = 12  # in a disc: twice the unknowns
 CLEAN = 1.8  # standard deviations about a quadratic: thirty points without a crease stay below 1.5
 RIDGE = 1e-9  # of the normal equations' trace: points in a row leave a quadratic undetermined
 
@@ -37,14 +37,20 @@ class Discs:
     misfits: Floats
 
     def best(self, starts: Ints, members: Ints) -> Ints:
-        """(n,) the disc of least misfit that each point lies in; the discs' points as in `fit_discs`."""
+        """Return the disc (n,) of least misfit that each point lies in.
+
+        starts, members: the discs' points as in `fit_discs`.
+        """
         return _best(starts, members, self.misfits)
 
     def discrepancies(self, discs: Ints, points: Floats, bends: Floats, sigma: float) -> Floats:
-        """(k,) distances of points (k, 3) mm from quadratics of discs (k,), over what noise and bending leave.
+        """Return normalised distances (k,) of points from quadratics of discs.
 
-        bends (k,) mm: by how much paper without a crease leaves a quadratic; sigma: noise of a point, mm. Infinite for
-        discs that hold a crease.
+        Over what noise and bending leave; infinite for discs that hold a crease.
+        discs: (k,).
+        points: (k, 3) mm.
+        bends: (k,) mm, by how much paper without a crease leaves a quadratic.
+        sigma: noise of a point, mm.
         """
         local = np.einsum("kij,kj->ki", self.frames[discs], points - self.middles[discs])
         x, y, height = local.T
@@ -57,14 +63,17 @@ class Discs:
 
 @numba.njit(cache=True, nogil=True)
 def fit_discs(points: Floats, starts: Ints, members: Ints) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """The fields of `Discs` of points (n, 3) mm; disc k has the points members[starts[k] : starts[k + 1]]."""
+    """Fit the discs of points (n, 3) mm, as the fields of `Discs`.
+
+    Disc k has the points members[starts[k] : starts[k + 1]].
+    """
     count = len(starts) - 1
     middles, frames = np.zeros((count, 3)), np.zeros((count, 3, 3))
     terms, inverses, misfits = np.zeros((count, TERMS)), np.zeros((count, TERMS, TERMS)), np.full(count, np.inf)
     row = np.empty(TERMS)
     for k in range(count):
         own = members[starts[k] : starts[k + 1]]
-        if len(own) < LEAST_POINTS:
+        if len(own) < MIN_POINTS:
             continue
         for i in own:
             middles[k] += points[i] / len(own)

@@ -9,11 +9,17 @@ from restore.findings import Finding
 
 
 class MixedLenses(BadInput):
-    """Raised when photographs differ in size or focal length: they are taken for those of one lens."""
+    """Photographs differ in size or focal length.
+
+    They are assumed to be of one lens.
+    """
 
 
 class TooFewViews(NotEnoughSurface):
-    """Raised when fewer than three photographs join to one model; the message names those that do not, and why."""
+    """Fewer than three photographs join to one model.
+
+    The message names those that do not, and why.
+    """
 
 
 class Mirrored(BadInput):
@@ -21,7 +27,10 @@ class Mirrored(BadInput):
 
 
 class ViewsApart(NotEnoughSurface):
-    """Raised when some views do not show the page that the others show; `reasons`: index of the photograph → why."""
+    """Some views do not show the page that the others show.
+
+    reasons: index of the photograph → why.
+    """
 
     def __init__(self, reasons: Mapping[int, Finding]) -> None:
         super().__init__("; ".join(f"photograph {view + 1}: {why.text}" for view, why in reasons.items()))
@@ -29,7 +38,10 @@ class ViewsApart(NotEnoughSurface):
 
 
 class CardApart(NotEnoughSurface):
-    """Raised when the markers of the card are found where no card can have them: the cameras are wrong."""
+    """The markers of the card are found where no card can have them.
+
+    The cameras are wrong.
+    """
 
 
 class NoPage(NotEnoughSurface):
@@ -37,7 +49,10 @@ class NoPage(NotEnoughSurface):
 
 
 class SheetLost(NotEnoughSurface):
-    """Raised when points slide off the sheet that is fitted through them: they are not those of one sheet."""
+    """Points slide off the sheet that is fitted through them.
+
+    They are not those of one sheet.
+    """
 
 
 class ExtraMissing(LibraryMissing):

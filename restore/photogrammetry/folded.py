@@ -31,39 +31,48 @@ PROLONGED_MM = 12.0  # beyond the points of a piece: a crease is as far where pr
 CANDIDATES_MM = 8.0  # beyond the nearest point: pieces with points so near may reach a place
 FILLED_MM = 4.0  # lattice of the pieces through which the smooth surface is fitted again
 SMOOTH_STIFFNESS = 10.0  # mm⁴: of the smooth surface, which is to round the creases as little as its knots allow
-FILLINGS = 2  # the first leaves the smooth surface a few millimetres off beside a crease, the second half of one
-UNCREASED = 1.0  # strain: a piece resists all of it, as there is no crease on it
-RULED = 1e6  # beside a straight crease paper is ruled along it, or flat: that far the points of all rows tell of each
+FILLINGS = 2  # the first leaves the smooth surface a few millimetres off next to a crease, the second half of one
+UNCREASED = 1.0  # strain: a piece resists all of it, because it has no crease
+RULED = 1e6  # next to a straight crease paper is ruled along it, or flat: there the points of all rows count for each
 PAPERS = tuple(Paper(stiffness, along, UNCREASED) for along in (RULED, 1.0) for stiffness in (*STIFFNESSES, 1.0))
-PAIRS = 6  # of points on either side that tell the direction of a crease
-LEAST_CREASE = 0.12  # radians, 7°: pieces that meet at less are one
-LEAST_SHARE = 0.08  # of the points: a page folded in three both ways has facets of 0.11
-LEAST_COVERED = 0.8  # of the points, by pieces as large
+PAIRS = 6  # of points on either side that determine the direction of a crease
+MIN_CREASE = 0.12  # radians, 7°: pieces that meet at less are one
+MIN_SHARE = 0.08  # of the points: a page folded in three both ways has facets of 0.11
+MIN_COVERED = 0.8  # of the points, by pieces as large
 MEETING_STEPS = 5  # of Newton's method to a crease
-LEAST_MEETING = 0.1  # of the largest singular value: pieces that meet at less than 11° do not tell the place along them
+MIN_MEETING = 0.1  # of the largest singular value: pieces that meet at less than 11° leave the place along them open
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A smooth surface over places that are turned: turn (2, 2) takes those of the page to its own."""
+    """Smooth surface over places that are rotated.
+
+    turn: (2, 2), takes the page's places to the surface's.
+    """
 
     surface: Surface
     turn: Floats
 
     def points(self, places: Floats) -> Floats:
-        """(n, 3) mm at places (n, 2) mm of the page."""
+        """Return points (n, 3) mm at places (n, 2) mm of the page."""
         return self.surface.points(places @ self.turn.T)
 
     def normals(self, places: Floats) -> Floats:
-        """(n, 3) unit normals at places (n, 2) mm of the page."""
+        """Return unit normals (n, 3) at places (n, 2) mm of the page."""
         return self.surface.normals(places @ self.turn.T)
 
     def frames(self, places: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Points (n, 3) mm, tangents (n, 2, 3), normals (n, 3) and curvatures (n, 3) 1/mm at places (n, 2) mm."""
+        """Return points, tangents, normals and curvatures at places (n, 2) mm.
+
+        They are (n, 3) mm, (n, 2, 3), (n, 3) and (n, 3) 1/mm.
+        """
         return self.surface.frames(places @ self.turn.T)
 
     def feet(self, points: Floats, start: Floats) -> Floats:
-        """(n, 2) mm: places of the page next to points (n, 3) mm, sought from places (n, 2)."""
+        """Return places (n, 2) mm of the page next to points (n, 3) mm.
+
+        start: (n, 2), places to search from.
+        """
         return np.asarray(self.surface.feet(points, start @ self.turn.T) @ self.turn)
 
     def moved(self, similarity: Similarity) -> Piece:
@@ -73,14 +82,15 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class FoldedSurface:
-    """Smooth pieces over the places of one smooth surface, which rounds the creases between them.
+    """Smooth pieces over the places of one smooth surface.
 
-    smooth    that surface.
-    pieces    surfaces over places that are near those of the smooth one.
-    places    (n, 2) mm of points of the page.
-    labels    (n,) the pieces that they lie on.
-    members   (n,) which of all points these are.
-    paper     of the pieces.
+    That surface rounds the creases between them.
+    smooth: that surface.
+    pieces: surfaces over places that are near those of the smooth one.
+    places: (n, 2) mm, of points of the page.
+    labels: (n,), the pieces that they lie on.
+    members: (n,), which of all points these are.
+    paper: of the pieces.
     """
 
     smooth: Surface
@@ -96,11 +106,17 @@ class FoldedSurface:
         return self.smooth.bounds
 
     def located(self, places: Floats) -> tuple[Ints, Floats]:
-        """The nearest piece (n,) to the smooth surface at places (n, 2) mm, and the place (n, 2) mm on it."""
+        """Return the nearest piece at places of the smooth surface.
+
+        places: (n, 2) mm. Returns piece (n,) and the place (n, 2) mm on it.
+        """
         return self.nearest(self.smooth.points(places), places)
 
     def nearest(self, points: Floats, places: Floats) -> tuple[Ints, Floats]:
-        """The nearest piece (n,) to points (n, 3) mm about places (n, 2) mm, and the place (n, 2) mm next to it."""
+        """Return the nearest piece to points, and the place next to each.
+
+        points: (n, 3) mm, about places (n, 2) mm. Returns (n,) and (n, 2) mm.
+        """
         least, label, feet = np.full(len(places), np.inf), np.zeros(len(places), np.int64), np.array(places, float)
         for k, near in enumerate(self._candidates(places).T):
             at = np.flatnonzero(near)
@@ -112,19 +128,19 @@ class FoldedSurface:
         return label, feet
 
     def points(self, places: Floats) -> Floats:
-        """(n, 3) mm on the nearest pieces to places (n, 2) mm."""
+        """Return points (n, 3) mm on the nearest pieces to places (n, 2) mm."""
         label, feet = self.located(places)
         return self._gathered(label, [piece.points(feet[label == k]) for k, piece in enumerate(self.pieces)])
 
     def normals(self, places: Floats) -> Floats:
-        """(n, 3) unit normals at places (n, 2) mm, each of the piece there."""
+        """Return unit normals (n, 3) at places (n, 2) mm, of the piece there."""
         label, feet = self.located(places)
         return self._gathered(label, [piece.normals(feet[label == k]) for k, piece in enumerate(self.pieces)])
 
     def frames(self, places: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Points (n, 3) mm, tangents (n, 2, 3), normals (n, 3) and curvatures (n, 3) 1/mm at places (n, 2) mm.
+        """Return points, tangents, normals and curvatures at places (n, 2) mm.
 
-        They are as `Surface.frames` has them.
+        They are (n, 3) mm, (n, 2, 3), (n, 3) and (n, 3) 1/mm, as in `Surface.frames`.
         """
         label, feet = self.located(places)
         frames = [piece.frames(feet[label == k]) for k, piece in enumerate(self.pieces)]
@@ -133,7 +149,10 @@ class FoldedSurface:
         return point, tangents, normals, curvatures
 
     def feet(self, points: Floats, start: Floats) -> Floats:
-        """(n, 2) mm: places next to points (n, 3) mm, sought from places (n, 2)."""
+        """Return places (n, 2) mm next to points (n, 3) mm.
+
+        start: (n, 2), places to search from.
+        """
         return self.smooth.feet(points, start)
 
     def moved(self, similarity: Similarity) -> FoldedSurface:
@@ -142,12 +161,15 @@ class FoldedSurface:
         return replace(self, smooth=self.smooth.moved(similarity), pieces=pieces)
 
     def flattest_crease(self) -> tuple[int, int] | None:
-        """The two pieces that meet at the least angle, the lower number first; None if all turn by a crease."""
+        """Return the two pieces that meet at the least angle.
+
+        The lower number comes first; None if all angles are creases.
+        """
         edges = neighbours(self.places)
         pairs = np.sort(self.labels[edges], axis=1)
         across = pairs[:, 0] != pairs[:, 1]
         middles, pairs = self.places[edges[across]].mean(axis=1), pairs[across]
-        least, found = LEAST_CREASE, None
+        least, found = MIN_CREASE, None
         for a, b in np.unique(pairs, axis=0).tolist():
             between = middles[(pairs == [a, b]).all(axis=1)]
             sides = [self.pieces[k].normals(between) for k in (a, b)]
@@ -157,7 +179,10 @@ class FoldedSurface:
         return found
 
     def uncreased(self, places: Floats, half: float) -> Mask:
-        """(n,) True where a square of half a side, mm, about places (n, 2) lies on one piece."""
+        """Return whether a square about each place lies on one piece.
+
+        half: half a side, mm. places: (n, 2) mm. Returns (n,) bool.
+        """
         own, _ = self.located(places)
         whole = np.ones(len(places), bool)
         for corner in half * np.array([[-1, -1], [0, -1], [1, -1], [1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0]]):
@@ -165,9 +190,11 @@ class FoldedSurface:
         return whole
 
     def creased(self, places: Floats, faces: Ints) -> Floats:
-        """(n, 3) mm: vertices at places (n, 2) mm of a mesh of faces (m, 3), some of them on the creases.
+        """Return mesh vertices (n, 3) mm, some of them moved onto creases.
 
         Of two neighbours on different pieces, that on the first piece lies where the two meet.
+        places: (n, 2) mm.
+        faces: (m, 3).
         """
         label, feet = self.located(places)
         vertices = self._gathered(label, [piece.points(feet[label == k]) for k, piece in enumerate(self.pieces)])
@@ -190,43 +217,51 @@ class FoldedSurface:
                 feet = piece.feet(points[own], places[own])
                 normals[own, k] = piece.normals(feet)
                 heights[own, k] = ((piece.points(feet) - points[own]) * normals[own, k]).sum(axis=1)
-            points = points + np.einsum("nij,nj->ni", np.linalg.pinv(normals, rcond=LEAST_MEETING), heights)
+            points = points + np.einsum("nij,nj->ni", np.linalg.pinv(normals, rcond=MIN_MEETING), heights)
         return points
 
     def _gathered(self, label: Ints, parts: list[Floats]) -> Floats:
-        """(n, …) the rows of parts, one for each piece, in the order of labels (n,)."""
+        """Return the rows (n, …) of parts in the order of labels (n,).
+
+        parts: one for each piece.
+        """
         out = np.empty((len(label), *parts[0].shape[1:]))
         for k, part in enumerate(parts):
             out[label == k] = part
         return out
 
     def _candidates(self, places: Floats) -> Mask:
-        """(n, pieces) True for the pieces that may reach places (n, 2) mm."""
+        """Return the pieces that may reach places (n, 2) mm.
+
+        Returns (n, pieces) bool.
+        """
         trees = [cKDTree(self.places[self.labels == k]) for k in range(len(self.pieces))]
         distance = np.stack([tree.query(places)[0] for tree in trees], axis=1)
         return np.asarray(distance < distance.min(axis=1, keepdims=True) + CANDIDATES_MM)
 
 
 def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = None) -> Surface | FoldedSurface:
-    """The surface through points (n, 3) mm with feet (n, 2) mm on a smooth surface through them.
+    """Return the surface through points, folded where they show creases.
 
-    It is the smooth one where the points tell of no crease, and where they tell of many: small pieces are prolonged
-    by more than their points tell of. paper: of the pieces; None for that of PAPERS with which they come nearest to
-    points held out.
+    It is the smooth one where the points show no crease, and where they show many: small pieces are prolonged by more
+    than their points determine.
+    points: (n, 3) mm.
+    feet: (n, 2) mm, on the smooth surface through them.
+    paper: of the pieces; None for that of PAPERS with which they come nearest to points held out.
     """
     labels = _large(find_pieces(points, feet))
-    if (labels >= 0).mean() < LEAST_COVERED:
+    if (labels >= 0).mean() < MIN_COVERED:
         return smooth
     try:
         return _creased(points, feet, labels, smooth, paper) or smooth
-    except SheetLost:  # of a piece that is none: a few points across several creases
+    except SheetLost:  # not a real piece: a few points across several creases
         return smooth
 
 
 def _creased(points: Floats, feet: Floats, labels: Ints, smooth: Surface, paper: Paper | None) -> FoldedSurface | None:
-    """The pieces through points (n, 3) mm with labels (n,), those that no crease parts made one; None for one only.
+    """Return the pieces through points, merged where no crease parts them.
 
-    Raises SheetLost.
+    points: (n, 3) mm, with labels (n,). Returns None for one piece only. Raises SheetLost.
     """
     while labels.max(initial=0) > 0:
         folded = _folded(points, feet, labels, smooth, paper)
@@ -241,13 +276,17 @@ def _creased(points: Floats, feet: Floats, labels: Ints, smooth: Surface, paper:
 
 
 def _large(labels: Ints) -> Ints:
-    """Labels (n,), −1 for points on none or on pieces of less than LEAST_SHARE of them."""
-    large = np.bincount(labels[labels >= 0], minlength=1) >= LEAST_SHARE * len(labels)
+    """Labels (n,), −1 for points on none or on pieces of less than MIN_SHARE of them."""
+    large = np.bincount(labels[labels >= 0], minlength=1) >= MIN_SHARE * len(labels)
     return np.where((labels >= 0) & large[labels], np.cumsum(large)[labels] - 1, -1)
 
 
 def refold(points: Floats, feet: Floats, folded: FoldedSurface) -> FoldedSurface:
-    """A folded surface fitted again to points (n, 3) mm with feet (n, 2) mm on its smooth surface."""
+    """Fit a folded surface again to points.
+
+    points: (n, 3) mm.
+    feet: (n, 2) mm, on its smooth surface.
+    """
     for _ in range(FILLINGS):
         places = grid_places(feet.min(axis=0) - FILLED_MM, feet.max(axis=0) + FILLED_MM, FILLED_MM)
         both, start = np.concatenate([points, folded.points(places)]), np.concatenate([feet, places])
@@ -259,7 +298,12 @@ def refold(points: Floats, feet: Floats, folded: FoldedSurface) -> FoldedSurface
 
 
 def _folded(points: Floats, feet: Floats, labels: Ints, smooth: Surface, paper: Paper | None) -> FoldedSurface:
-    """The pieces through points (n, 3) mm with feet (n, 2) mm and labels (n,), −1 for none."""
+    """Return the pieces through points.
+
+    points: (n, 3) mm.
+    feet: (n, 2) mm.
+    labels: (n,), −1 for none.
+    """
     large = np.bincount(labels[labels >= 0]) >= CORE
     labels = np.where((labels >= 0) & large[labels], np.cumsum(large)[labels] - 1, -1)
     parts, turns = [], []
@@ -279,9 +323,10 @@ def _folded(points: Floats, feet: Floats, labels: Ints, smooth: Surface, paper: 
 
 
 def _along_crease(own: Floats, others: Floats) -> Floats:
-    """(2, 2) the turn of the page that brings the longest crease of a piece upright.
+    """Return the rotation (2, 2) that makes a piece's longest crease upright.
 
-    own (n, 2) and others (m, 2) are places of the points on either side: those next to each other tell of creases.
+    The points of both sides that are next to each other show the creases.
+    own, others: (n, 2) and (m, 2), places of the points on either side.
     """
     across, back = cKDTree(others).query(own)[1], cKDTree(own).query(others)[1]
     mutual = np.flatnonzero(back[across] == np.arange(len(own)))
@@ -294,9 +339,11 @@ def _along_crease(own: Floats, others: Floats) -> Floats:
 
 
 def _prolonged(own: Floats, feet: Floats, smooth: Surface) -> tuple[Floats, Floats]:
-    """The rectangle, low (2,) and high (2,), of a piece with own places (k, 2) of all (n, 2): prolonged to its creases.
+    """Return the rectangle of a piece, prolonged to its creases.
 
-    Beside the margin of the page it ends where the smooth surface does.
+    Next to the margin of the page it ends where the smooth surface does.
+    own: (k, 2), its places, of all (n, 2).
+    Returns low (2,) and high (2,).
     """
     low, high = own.min(axis=0) - PROLONGED_MM, own.max(axis=0) + PROLONGED_MM
     first, last = smooth.bounds

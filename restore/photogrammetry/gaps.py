@@ -1,4 +1,7 @@
-"""Points of a relief where no patch was tracked: beside creases, on narrow facets, on what little a margin shows."""
+"""Points of a relief where no patch was tracked.
+
+That is next to creases, on narrow facets, on what little a margin shows.
+"""
 
 from __future__ import annotations
 
@@ -20,17 +23,19 @@ SAMPLE = 0.9  # pixels of the photographs to a sample of a patch
 REACH_MM = 6.0  # above and below: as far as narrow facets are cut off
 STEP_MM = 0.15  # of the heights that are tried: a quarter of a pixel where lines of sight are 60° apart
 NOISE_MM = 0.06  # of a height: measured on simulated sheets, three in four are within it
-LEAST_ALIKE = 0.75  # mean correlation of two views
-MOST_SIGMA_MM = 0.08
+MIN_ALIKE = 0.75  # mean correlation of two views
+MAX_SIGMA_MM = 0.08
 NEIGHBOURS = 5
-MOST_OFF_MM = 0.3  # from the median of its neighbours' heights
+MAX_OFF_MM = 0.3  # from the median of its neighbours' heights
 FARTHEST = 3.0  # spacings to the neighbour in the middle of them: a height that stands alone is not trusted
 
 
 def fill_gaps(greys: Picture, model: Model, relief: Relief, area: PageArea, feet: Floats) -> Cloud:
-    """The points of a relief's page that are found above or below it, far from tracked ones' feet (n, 2) mm.
+    """Find points of a relief's page far from tracked ones.
 
-    greys (v, h, w) may be smaller copies of what the cameras took.
+    They are found above or below it.
+    feet: (n, 2) mm, of the tracked points.
+    greys: (v, h, w), may be smaller copies of what the cameras took.
     """
     low, high = area.bounds
     places = grid_places(low, high, SPACING_MM)
@@ -40,16 +45,19 @@ def fill_gaps(greys: Picture, model: Model, relief: Relief, area: PageArea, feet
     pixel = ground_sample(model.cameras, relief.points((low + high)[None] / 2))
     offsets = np.arange(-REACH_MM, REACH_MM + STEP_MM / 2, STEP_MM)
     heights, sigma, alike = sweep(greys, model.cameras, patches, SAMPLE * pixel, offsets)
-    good = (alike > LEAST_ALIKE) & (sigma < MOST_SIGMA_MM)
+    good = (alike > MIN_ALIKE) & (sigma < MAX_SIGMA_MM)
     good[good] = _among_neighbours(places[good], heights[good])
     points = patches.points[good] + heights[good, None] * patches.normals[good]
     return Cloud.of(points, relief.feet(points, places[good]), NOISE_MM)
 
 
 def _among_neighbours(places: Floats, heights: Floats) -> Mask:
-    """(n,) True where heights (n,) mm at places (n, 2) mm are like those round them."""
+    """Return which heights (n,) mm are like those round them.
+
+    places: (n, 2) mm. Returns (n,) bool.
+    """
     if len(places) <= NEIGHBOURS:
         return np.zeros(len(places), bool)
     distance, index = cKDTree(places).query(places, NEIGHBOURS + 1)
     near = distance[:, NEIGHBOURS // 2 + 1] < FARTHEST * SPACING_MM
-    return np.asarray(near & (np.abs(heights - np.median(heights[index[:, 1:]], axis=1)) < MOST_OFF_MM))
+    return np.asarray(near & (np.abs(heights - np.median(heights[index[:, 1:]], axis=1)) < MAX_OFF_MM))

@@ -1,8 +1,8 @@
-"""Heights of a lattice over a smooth sheet, that follow points and bend as little, or in as few places, as can be.
+"""Heights of a lattice over a smooth sheet, through points.
 
-The bends of a paper that has creases are zero but in few places. A sum of a concave function of them is least where
-they are few (Candès, Wakin & Boyd, "Enhancing sparsity by reweighted l1 minimization", 2008); it is found by least
-squares with weights from the bends of the step before.
+They bend as little, or in as few places, as can be. The bends of a paper that has creases are zero but in few places. A
+sum of a concave function of them is least where they are few (Candès, Wakin & Boyd, "Enhancing sparsity by reweighted
+l1 minimization", 2008); it is found by least squares with weights from the bends of the step before.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from restore.scan import Floats, Ints
 NOISE_MM = 0.04  # of a point: twice what patches of 2400 pixels leave on paper that fills most of a photograph
 CAUCHY = 2.5  # standard deviations at which a point has half the weight
 BENDING = 3.0  # of the bends, mm⁻², against the squared distances of the points in standard deviations
-LEAST_BEND = 2e-3  # 1/mm: paper with less is flat
+MIN_BEND = 2e-3  # 1/mm: paper with less is flat
 CREASE_BEND = 0.3  # 1/mm: of a crease of 25° on a lattice of 1.4 mm; a bend as large has the same weight in each stage
-LOOSE = 1e-6  # of a height that no equation tells
+LOOSE = 1e-6  # of a height that no equation determines
 REACH = 2  # nodes on either side of a second difference of second differences
 
 Stages = Sequence[tuple[float, int]]
@@ -32,7 +32,10 @@ Stages = Sequence[tuple[float, int]]
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Nodes of a smooth sheet: points and unit normals (rows, cols, 3), a step apart from low (2,) mm on."""
+    """Nodes of a smooth sheet: points and unit normals (rows, cols, 3).
+
+    They are a step apart from low (2,) mm on.
+    """
 
     low: Floats
     step: float
@@ -41,34 +44,43 @@ class Lattice:
 
     @property
     def places(self) -> Floats:
-        """(rows, cols, 2) mm."""
+        """Return the places (rows, cols, 2) of the nodes, mm."""
         rows, cols = self.points.shape[:2]
         x, y = self.low[0] + self.step * np.arange(cols), self.low[1] + self.step * np.arange(rows)
         return np.stack(np.meshgrid(x, y), axis=-1)
 
     def part(self, low: Floats, high: Floats) -> tuple[Lattice, tuple[slice, slice]]:
-        """The nodes from places low (2,) to high (2,) mm, and which rows and columns they are."""
+        """Return the nodes from places low (2,) to high (2,) mm.
+
+        Returns also which rows and columns they are.
+        """
         first = np.maximum(np.ceil((low - self.low) / self.step).astype(int), 0)
         last = np.floor((high - self.low) / self.step).astype(int) + 1
         at = slice(first[1], last[1]), slice(first[0], last[0])
         return Lattice(self.low + first * self.step, self.step, self.points[at], self.normals[at]), at
 
     def raised(self, heights: Floats) -> Floats:
-        """(rows, cols, 3) mm: the nodes at heights (rows, cols) mm."""
+        """Return the nodes (rows, cols, 3) mm at heights (rows, cols) mm."""
         return self.points + heights[..., None] * self.normals
 
     def heights_at(self, heights: Floats, places: Floats) -> Floats:
-        """(n,) mm: heights (rows, cols) at places (n, 2) mm, beyond the lattice those of its border prolonged."""
+        """Return heights (n,) mm at places (n, 2) mm.
+
+        Beyond the lattice those of its border are prolonged.
+        heights: (rows, cols).
+        """
         return np.asarray(self._weights(places) @ heights.ravel())
 
     def fitted(
         self, places: Floats, heights: Floats, stages: Stages, *, start: Floats | None = None, weight: float = BENDING,
         normal: Floats | None = None, noise: Floats | float = NOISE_MM,
     ) -> Floats:  # fmt: skip
-        """(rows, cols) mm: heights of the nodes through those (n,) of points at places (n, 2) mm.
+        """Fit heights (rows, cols) mm of the nodes through points.
 
-        weight: of the bends. noise: standard deviations (n,) mm of the points. normal (3,): of the plane that they
-        are to be near to; None for the surface itself.
+        places, heights: (n, 2) mm and (n,), of the points.
+        weight: of the bends.
+        normal: (3,), of the plane that they are to be near to; None for the surface itself.
+        noise: (n,) mm, standard deviations of the points.
         """
         order = _shorter_first(*self.points.shape[:2])
         reach = REACH * (min(self.points.shape[:2]) + 1)
@@ -91,7 +103,10 @@ class Lattice:
         return found.reshape(self.points.shape[:2])
 
     def _bends(self, heights: Floats | None, normal: Floats | None) -> tuple[list[sp.csr_matrix], list[Floats]]:
-        """Second differences out of the surface of heights (n,): rows · heights + sides, one for uu, uv and vv each."""
+        """Return second differences out of the surface of heights (n,).
+
+        As rows · heights + sides, one for uu, uv and vv each.
+        """
         shape = self.points.shape[:2]
         if normal is None:
             surface = self.points if heights is None else self.raised(heights.reshape(shape))
@@ -109,14 +124,17 @@ class Lattice:
     def _resistances(
         self, rows: list[sp.csr_matrix], sides: list[Floats], heights: Floats | None, exponent: float
     ) -> Floats:
-        """(m,) the weight of the bend at each inner node: less where heights (n,) bend much."""
+        """Return the weight (m,) of the bend at each inner node.
+
+        Less where heights (n,) bend much.
+        """
         if heights is None or exponent == 2.0:
             return np.full(len(sides[0]), 1.0 / CREASE_BEND)
         squares = sum((row @ heights + side) ** 2 for row, side in zip(rows, sides, strict=True)) / self.step**4
-        return np.asarray((squares + LEAST_BEND**2) ** (exponent / 2 - 1) * CREASE_BEND ** (1 - exponent))
+        return np.asarray((squares + MIN_BEND**2) ** (exponent / 2 - 1) * CREASE_BEND ** (1 - exponent))
 
     def _weights(self, places: Floats) -> sp.csr_matrix:
-        """(n, nodes) bilinear weights of the nodes at places (n, 2) mm."""
+        """Return bilinear weights (n, nodes) of the nodes at places (n, 2) mm."""
         rows, cols = self.points.shape[:2]
         at = (places - self.low) / self.step
         first = np.clip(np.floor(at).astype(np.int64), 0, [cols - 2, rows - 2])
@@ -128,14 +146,17 @@ class Lattice:
 
 
 def node_normals(points: Floats) -> Floats:
-    """(rows, cols, 3) unit normals of a lattice of points (rows, cols, 3)."""
+    """Return unit normals (rows, cols, 3) of points (rows, cols, 3)."""
     normals = np.cross(np.gradient(points, axis=1), np.gradient(points, axis=0))
     return np.asarray(normals / np.linalg.norm(normals, axis=2, keepdims=True))
 
 
 @lru_cache(maxsize=1)
 def _second_differences(rows: int, cols: int) -> tuple[sp.csr_matrix, ...]:
-    """By uu, uv and vv at the inner nodes of a lattice; the mixed one counts twice in the square of all."""
+    """Return second differences by uu, uv and vv at the inner nodes.
+
+    The mixed one counts twice in the square of all.
+    """
 
     def along(weights: tuple[float, ...], count: int) -> sp.csr_matrix:
         return sp.diags(weights, range(3), shape=(count - 2, count), dtype=float, format="csr")
@@ -147,13 +168,16 @@ def _second_differences(rows: int, cols: int) -> tuple[sp.csr_matrix, ...]:
 
 
 def _shorter_first(rows: int, cols: int) -> Ints:
-    """(n,) the nodes in the order in which the equations have the narrower band."""
+    """Return the nodes (n,) in the order of the narrower band."""
     number = np.arange(rows * cols).reshape(rows, cols)
     return (number.T if cols > rows else number).ravel()
 
 
 def _solved(gram: sp.csr_matrix, side: Floats, order: Ints, reach: int) -> Floats:
-    """(n,) the solution of symmetric equations, whose band in an order (n,) is as wide as a reach."""
+    """Solve symmetric banded equations.
+
+    order: (n,), in which the band is as wide as reach. Returns (n,).
+    """
     lower = sp.tril(gram[order][:, order]).tocoo()
     band = np.zeros((reach + 1, len(side)))
     band[lower.row - lower.col, lower.col] = lower.data

@@ -13,19 +13,20 @@ from restore.scan import Floats, Ints
 VERTICES = 80_000  # a vertex to 0.9 mm of A4, a tenth of what a wave needs
 CLEAR = 0.75  # steps: at more than √½ of a side from its ends, a vertex does not part them in Delaunay's triangles
 ROWS = np.sqrt(3) / 2  # of a step, between the rows of a lattice of equal sides, which has one Delaunay triangulation
-LEAST_AREA = 1e-6  # of a step squared: three vertices of the outline on a line span nothing
+MIN_AREA = 1e-6  # of a step squared: three vertices of the outline on a line span nothing
 
 
 def mesh_within(surface: PageSurface, outline: Floats) -> tuple[Floats, Ints, Floats]:
-    """Vertices (n, 3) mm, faces (m, 3) and places (n, 2) mm of a mesh within an outline (k, 2) mm, counter-clockwise.
+    """Mesh a surface within an outline (k, 2) mm, counter-clockwise.
 
-    Its first vertices are the outline, its others a lattice.
+    Its first vertices are the outline, its others a lattice. Returns vertices (n, 3) mm, faces (m, 3) and places (n, 2)
+    mm.
     """
     step = float(np.sqrt(cv2.contourArea(outline.astype(np.float32)) / VERTICES / ROWS))
     border = _divided(outline, step)
     places = np.concatenate([border, _lattice_within(border, step)])
     faces = Delaunay(places).simplices.astype(np.int64)
-    faces = faces[_areas(places, faces) > LEAST_AREA * step**2]
+    faces = faces[_areas(places, faces) > MIN_AREA * step**2]
     between = np.flatnonzero((faces < len(border)).all(axis=1))
     outside = between[~inside_polygon(places[faces[between]].mean(axis=1), border)]
     faces = np.delete(faces, outside, axis=0)
@@ -33,16 +34,22 @@ def mesh_within(surface: PageSurface, outline: Floats) -> tuple[Floats, Ints, Fl
 
 
 def stretch(vertices: Floats, faces: Ints, places: Floats) -> float:
-    """Area of vertices (n, 3) and faces (m, 3) over that of their places (n, 2) as most faces have it, less 1.
+    """Return the excess area of a surface over its places, relative.
 
-    Paper keeps its area: a surface that is torn has more.
+    Paper keeps its area: a surface that is torn has more. Compared with the ratio that most faces have.
+    vertices: (n, 3).
+    faces: (m, 3).
+    places: (n, 2).
     """
     areas, flat = _areas(vertices, faces), _areas(places, faces)
     return float(areas.sum() / flat.sum() / np.median(areas / flat) - 1.0)
 
 
 def _divided(outline: Floats, step: float) -> Floats:
-    """(n, 2) a closed outline (k, 2) with its corners, and points between them no more than a step apart."""
+    """Divide a closed outline (k, 2) into steps of at most `step`.
+
+    Returns (n, 2), with its corners.
+    """
     ahead = np.roll(outline, -1, axis=0) - outline
     parts = np.maximum(np.ceil(np.linalg.norm(ahead, axis=1) / step).astype(int), 1)
     side = np.repeat(np.arange(len(outline)), parts)
@@ -51,7 +58,7 @@ def _divided(outline: Floats, step: float) -> Floats:
 
 
 def _lattice_within(border: Floats, step: float) -> Floats:
-    """(n, 2) places of a lattice within a border (k, 2), clear of it."""
+    """Return lattice places (n, 2) within a border (k, 2), clear of it."""
     low, high = border.min(axis=0), border.max(axis=0)
     x, y = np.meshgrid(np.arange(low[0], high[0], step), np.arange(low[1], high[1], step * ROWS))
     x[1::2] += step / 2
@@ -62,7 +69,7 @@ def _lattice_within(border: Floats, step: float) -> Floats:
 
 
 def _areas(vertices: Floats, faces: Ints) -> Floats:
-    """(m,) areas of faces (m, 3) of vertices (n, 2) or (n, 3)."""
+    """Return the areas (m,) of faces of vertices (n, 2) or (n, 3)."""
     in_space = np.pad(vertices, [(0, 0), (0, 3 - vertices.shape[1])])
     a, b, c = (in_space[faces[:, k]] for k in range(3))
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))

@@ -1,4 +1,7 @@
-"""The state of a reconstruction: cameras and points, in millimetres over the table once the card is found."""
+"""State of a reconstruction: cameras and points.
+
+They are in millimetres over the table once the card is found.
+"""
 
 from __future__ import annotations
 
@@ -12,20 +15,20 @@ from restore.camera.photo_camera import PhotoCamera
 from restore.photogrammetry.align import Similarity, agreeing_markers, triangulate_markers, upright
 from restore.photogrammetry.bundle import Tracks
 from restore.photogrammetry.card import ScaleCard
-from restore.photogrammetry.card_pose import LEAST_VIEWS, find_card
+from restore.photogrammetry.card_pose import MIN_VIEWS, find_card
 from restore.scan import Floats
 
-ARM_MM = 400.0  # from the camera to the page, where nothing tells the scale
+ARM_MM = 400.0  # from the camera to the page, where the scale is unknown
 MARKER_SIGMA_PX = 0.1  # of the centres of the card's markers
 
 
 @dataclass
 class Model:
-    """Views by index of the photograph, their cameras, points (n, 3) mm, and the card's markers in the views.
+    """Views by index of the photograph, their cameras, and points (n, 3) mm.
 
-    markers  photograph → marker → pixel (2,).
-    scale    where the scale comes from, for the report.
-    corners  (4, 3) mm of the card, once it is found.
+    markers: photograph → marker → pixel (2,).
+    scale: where the scale comes from, for the report.
+    corners: (4, 3) mm of the card, once it is found.
     """
 
     views: list[int]
@@ -46,9 +49,10 @@ class Model:
         return dict(zip(self.views, self.cameras, strict=True))
 
     def set_frame(self, points: Floats) -> Similarity:
-        """Bring the model into millimetres over the table, its middle at the origin and up as in the first view.
+        """Bring the model into millimetres over the table.
 
-        Without a card, the table is the plane of points (n, 3). Returns the change of frame.
+        Its centre is at the origin and up as in the first view. Without a card, the table is the plane of points
+        (n, 3). Returns the change of frame.
         """
         up = -self.cameras[0].rotation[1]
         found = self.card and find_card(self.by_photograph, self.markers, self.card)
@@ -74,9 +78,13 @@ class Model:
         return change
 
     def with_markers(self, points: Floats, tracks: Tracks) -> tuple[Floats, Tracks]:
-        """Points (n, 3) mm and their tracks, with those of the markers: they hold the cameras beside the page."""
+        """Return points and tracks with those of the markers.
+
+        They hold the cameras next to the page.
+        points: (n, 3) mm.
+        """
         agreeing = agreeing_markers(self.by_photograph, self.markers)
-        found = triangulate_markers(self.by_photograph, agreeing, LEAST_VIEWS)
+        found = triangulate_markers(self.by_photograph, agreeing, MIN_VIEWS)
         seen = [
             (number, len(points) + index, agreeing[view][marker])
             for index, marker in enumerate(found)

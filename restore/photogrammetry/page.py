@@ -27,12 +27,12 @@ STROKES = 9  # pixels there: wider than a stroke of a headline, with its shadow
 CHROMA_WEIGHT = 1.5  # of colour against lightness: a pale wood is as light as shaded paper
 GAPS = 15  # pixels: figures in the page, wider than strokes
 RIM = 9  # pixels: twice what the outline of a mask is off by
-CUT = np.ones((7, 7), np.uint8)  # pixels: as far as the mask is changed beside the card that is cut out of it
+CUT = np.ones((7, 7), np.uint8)  # pixels: as far as the mask is changed next to the card that is cut out of it
 CARD_MARGIN = 1.03  # by which the card is drawn larger than it is
 SURE = 0.8  # of the views that show a point call it paper
 MAJORITY = 0.6
-LEAST_VIEWS = 3
-LEAST_FACING = 2  # of the cameras see the front of a side that stands upright
+MIN_VIEWS = 3
+MIN_FACING = 2  # of the cameras see the front of a side that stands upright
 GRAZING = 0.1  # cosine of the angle of a line of sight to the normal: flatter, a pixel of a mask is a centimetre
 CELL_MM = 1.0  # of the map in which the page's area is connected
 OPENING = 2  # cells: bridges to what else is bright are as narrow
@@ -40,12 +40,12 @@ CLOSING = 8  # cells: notches where the card lies before the table behind the pa
 
 
 class CardInView(NamedTuple):
-    """Outlines (k, 2) pixels of the card in a photograph, None where they are not known.
+    """Outlines (k, 2) pixels of the card in a photograph, None if unknown.
 
-    markers  of those that are seen: nothing hides the card there.
-    seen     the same with the paper round them, of which the page may hide a part.
-    whole    of all of it: beside the markers seen lies the card, or the page over it.
-    complete  whether all markers are seen.
+    markers: of those that are seen: nothing hides the card there.
+    seen: the same with the paper round them, of which the page may hide a part.
+    whole: of all of it: next to the markers seen lies the card, or the page over it.
+    complete: whether all markers are seen.
     """
 
     markers: Floats | None = None
@@ -54,17 +54,19 @@ class CardInView(NamedTuple):
     complete: bool = False
 
     def scaled(self, ratio: float) -> CardInView:
-        """The same in a copy of the photograph that is so many times as large."""
+        """Return the outlines in a copy of the photograph of relative size."""
         markers, seen, whole = (None if one is None else (one + 0.5) * ratio - 0.5 for one in self[:3])
         return self._replace(markers=markers, seen=seen, whole=whole)
 
 
 @dataclass(frozen=True, eq=False)
 class PaperMasks:
-    """Share of paper (v, h, w), 0 to 1, in smaller copies of photographs of a size (w, h).
+    """Fraction of paper (v, h, w), 0 to 1, in smaller copies.
 
-    unknown (v, h, w) is True where the card lies and no marker of it is seen: the page may hide it there, and paper is
-    as white as paper. shown (v,) is True for views that show all markers, so that little of the card is hidden.
+    The photographs have a size (w, h).
+    unknown: (v, h, w), True where the card lies and no marker of it is seen: the page may hide it there, and paper is
+        as white as paper.
+    shown: (v,), True for views that show all markers, so that little of the card is hidden.
     """
 
     masks: Floats
@@ -79,11 +81,13 @@ class PaperMasks:
         normals: Floats | None = None,
         seen: Mask | None = None,
     ) -> tuple[Floats, Floats]:
-        """The share (n,) of the views that show points (n, 3) mm on paper, and how many views show them (n,).
+        """Return the fraction of views that show points on paper, and how many.
 
-        With normals (n, 3), views from behind the surface do not count; with seen (v, n), only those that see a point
-        do: in others the page may hide it. Where any view is certain, only such ones tell, and where none is, those
-        that show all of the card.
+        Where any view is certain, only such ones count, and else those that show all of the card.
+        points: (n, 3) mm.
+        normals: (n, 3); views from behind the surface do not count.
+        seen: (v, n); only views that see a point count: in others the page may hide it.
+        Returns (n,) both.
         """
         total, count = np.zeros((3, len(points))), np.zeros((3, len(points)))  # of views certain, showing the card, all
         height, width = self.masks.shape[1:]
@@ -104,7 +108,12 @@ class PaperMasks:
         return np.select([count[0] > 0, count[1] > 0], [share[0], share[1]], share[2]), count[2]
 
     def uncovered(self, cameras: Sequence[PhotoCamera], vertices: Floats, faces: Ints) -> float:
-        """The share of the paper that a mesh, vertices (n, 3) mm and faces (m, 3), leaves out: median of the views."""
+        """Return the fraction of the paper that a mesh does not cover.
+
+        The median of the views.
+        vertices: (n, 3) mm.
+        faces: (m, 3).
+        """
         height, width = self.masks.shape[1:]
         shares = []
         for mask, camera in zip(self.masks, cameras, strict=True):
@@ -116,7 +125,10 @@ class PaperMasks:
 
 
 def find_paper(images: Sequence[Bytes], cards: Sequence[CardInView]) -> PaperMasks:
-    """Masks of the paper in photographs (h, w, 3) uint8 RGB; cards: what is known of the card in each."""
+    """Find the paper in photographs (h, w, 3) uint8 RGB.
+
+    cards: what is known of the card in each.
+    """
     height, width = images[0].shape[:2]
     ratio = MASK_SIDE / max(height, width)
     size = round(width * ratio), round(height * ratio)
@@ -131,13 +143,19 @@ def find_paper(images: Sequence[Bytes], cards: Sequence[CardInView]) -> PaperMas
 
 
 def _filled(outline: Floats | None, size: tuple[int, int]) -> Mask:
-    """True within an outline (k, 2) pixels, with its rim, in a picture of a size (w, h); nowhere for None."""
+    """Fill an outline (k, 2) pixels, with its rim.
+
+    The picture has a size (w, h); nowhere True for None.
+    """
     mask = np.zeros(size[::-1], np.uint8)
     return np.asarray((mask if outline is None else cv2.fillPoly(mask, [_larger(outline)], 1)) > 0)
 
 
 def _paper(image: Bytes, card: Floats | None) -> Mask:
-    """(h, w) True on the largest piece of paper in a small photograph (h, w, 3)."""
+    """Return the largest piece of paper in a small photograph (h, w, 3).
+
+    Returns (h, w) bool.
+    """
     kernel = np.ones((STROKES, STROKES), np.uint8)
     blank = cv2.dilate(image, kernel)  # print is darker than the paper round it
     lab = cv2.cvtColor(blank, cv2.COLOR_RGB2LAB).astype(np.float32)
@@ -151,14 +169,16 @@ def _paper(image: Bytes, card: Floats | None) -> Mask:
 
 
 def _larger(card: Floats) -> NDArray[np.int32]:
-    """(k, 2) whole pixels: the outline of a card with its rim."""
+    """Return the outline of a card with its rim, (k, 2) whole pixels."""
     return np.rint(card.mean(axis=0) + (card - card.mean(axis=0)) * CARD_MARGIN).astype(np.int32)
 
 
 def without_card(grey: NDArray[np.float32], paper: Floats, card: Floats | None) -> NDArray[np.float32]:
-    """(h, w) brightness of a photograph (h, w), with that of the table where the card lies.
+    """Return a photograph's brightness with the card replaced by the table.
 
-    paper: its mask in a smaller copy. Markers beside the page would be steeper steps than its edge.
+    Markers next to the page would be steeper steps than its edge.
+    grey: (h, w).
+    paper: its mask in a smaller copy.
     """
     if card is None:
         return grey
@@ -168,7 +188,7 @@ def without_card(grey: NDArray[np.float32], paper: Floats, card: Floats | None) 
 
 
 def _largest(mask: Mask) -> Mask:
-    """(h, w) the largest connected piece of a mask, its holes filled."""
+    """Return the largest connected piece of a mask (h, w), holes filled."""
     labels, count = ndimage.label(mask)
     if not count:
         return mask
@@ -179,13 +199,19 @@ def _largest(mask: Mask) -> Mask:
 
 @dataclass(frozen=True, eq=False)
 class PageArea:
-    """Where the page is over x and y: cells (rows, cols) of CELL_MM from a corner low (2,) mm, rows along y."""
+    """Area of the page over x and y.
+
+    Cells (rows, cols) of CELL_MM from a corner low (2,) mm, rows along y.
+    """
 
     cells: Mask
     low: Floats
 
     def contains(self, places: Floats, margin_mm: float = 0.0) -> Mask:
-        """(n,) True for places (n, 2) mm on the page, a margin from its edge at least, or beyond it if negative."""
+        """Return which places (n, 2) mm are on the page, (n,) bool.
+
+        A margin from its edge at least, or beyond it if negative.
+        """
         room = 1 + int(np.ceil(max(-margin_mm, 0.0) / CELL_MM))
         inner = np.pad(self.cells, room)
         if margin_mm > 0:
@@ -207,7 +233,7 @@ class PageArea:
 
     @property
     def outline(self) -> Floats:
-        """(n, 2) mm: the border, counter-clockwise, from cell to cell."""
+        """Return the border (n, 2) mm, counter-clockwise, from cell to cell."""
         contours, _ = cv2.findContours(self.cells.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         border = max(contours, key=cv2.contourArea).reshape(-1, 2).astype(np.float64)
         x, y = border.T
@@ -219,11 +245,14 @@ class PageArea:
 def area_of_votes(
     masks: PaperMasks, cameras: Sequence[PhotoCamera], surface: PageSurface, low: Floats, high: Floats
 ) -> PageArea:
-    """Where the page is on a surface between corners low and high (2,) mm, as most photographs say."""
+    """Return where the page is on a surface, as most photographs say.
+
+    Between corners low and high (2,) mm.
+    """
     x, y = (np.arange(start + CELL_MM / 2, end, CELL_MM) for start, end in zip(low, high, strict=True))
     places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     share, count = masks.votes(cameras, surface.points(places), surface.normals(places))
-    paper = ((share > MAJORITY) & (count >= LEAST_FACING)).reshape(len(y), len(x))
+    paper = ((share > MAJORITY) & (count >= MIN_FACING)).reshape(len(y), len(x))
     paper = ndimage.binary_opening(paper, iterations=OPENING)
     # Padded: closing would otherwise take from the border.
     paper = ndimage.binary_closing(np.pad(paper, CLOSING), iterations=CLOSING)[CLOSING:-CLOSING, CLOSING:-CLOSING]
@@ -231,7 +260,11 @@ def area_of_votes(
 
 
 def inside_polygon(places: Floats, corners: Floats) -> Mask:
-    """(n,) True for places (n, 2) within a polygon of corners (m, 2): rays cross it an odd number of times."""
+    """Return which places (n, 2) are within a polygon, (n,) bool.
+
+    Rays cross it an odd number of times.
+    corners: (m, 2).
+    """
     return np.asarray(_crosses_odd(np.ascontiguousarray(places, np.float64), np.ascontiguousarray(corners, np.float64)))
 
 
@@ -249,12 +282,18 @@ def _crosses_odd(places: Floats, corners: Floats) -> Mask:
 
 
 def on_page(masks: PaperMasks, cameras: Sequence[PhotoCamera], points: Floats) -> Mask:
-    """(n,) True for points (n, 3) mm of the model that lie on the page for certain."""
+    """Return which points (n, 3) mm of the model are reliably on the page.
+
+    Returns (n,) bool.
+    """
     share, count = masks.votes(cameras, points)
-    return np.asarray((share > SURE) & (count >= LEAST_VIEWS))
+    return np.asarray((share > SURE) & (count >= MIN_VIEWS))
 
 
 def ground_sample(cameras: Sequence[PhotoCamera], points: Floats) -> float:
-    """Millimetres on the page to a pixel of the photographs, median over points (n, 3) mm and cameras."""
+    """Return millimetres on the page to a pixel of the photographs.
+
+    The median over points (n, 3) mm and cameras.
+    """
     depths = [1.0 / np.maximum(camera.inverse_depth(points), TINY) / camera.focal_px for camera in cameras]
     return float(np.median(depths))

@@ -1,9 +1,9 @@
-"""The page's edge as a curve in space, found in the photographs as a step from paper to table.
+"""The page's edge as a curve in space, a step from paper to table.
 
-Where a page ends there is no print to track, and a surface prolonged from the print is off by millimetres at the edge
-of a wave. But the edge itself is seen in every view. Across it, the place of the step in a view tells one equation
-for how far the edge lies from where it was assumed, outwards and out of the page; three views determine both. What no
-view tells is drawn from what is measured beside it (`boundary_gaps`).
+It is found in the photographs. Where a page ends print to track is missing, and a surface prolonged from the print is
+off by millimetres at the edge of a wave. But the edge itself is seen in every view. Across it, the place of the step in
+a view gives one equation for how far the edge is from where it was assumed, outwards and out of the page; three views
+determine both. What no view shows is drawn from the measured parts next to it (`boundary_gaps`).
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from restore.photogrammetry.track import Picture
 from restore.scan import Floats, Ints, Mask
 
 SMOOTH_MM = 3.0  # standard deviation, along the edge, of what is assumed at first: cells of a millimetre are ragged
-# How far is searched on both sides, mm, and the share of it from the median of its neighbours beyond which a step is
-# taken for none of the page's edge. A margin that a crease turns away from its page is off by as much as is searched in
+# How far is searched on both sides, mm, and the fraction of it from the median of its neighbours beyond which a step is
+# rejected. A margin that a crease turns away from its page is off by as much as is searched in
 # the masks, which are off by some of their pixels. The zigzag of a page of many creases is far from its median, too,
 # until it has been followed.
 MASK_SEARCH = (16.0, 0.25)
@@ -32,17 +32,22 @@ SEARCHES = ((5.0, 0.5), (1.5, 0.25), (1.5, 0.25))
 SAMPLES = 41  # across the edge
 ALONG = (-1.0, -0.5, 0.0, 0.5, 1.0)  # mm along the edge, over which the picture is averaged
 FACING = 0.2  # cosine of 78° between the normal and the line of sight
-LEAST_STEP = 0.12  # of the light of the paper, that the table gives less
-LEAST_VIEWS = 2  # as many equations as unknowns: a side that stands upright may have no more
+MIN_STEP = 0.12  # of the light of the paper, that the table gives less
+MIN_VIEWS = 2  # as many equations as unknowns: a side that stands upright may have no more
 MISFIT = 0.25  # of the reach: a view whose step is further from the others' shows something else
-MOST_SIGMA = 0.5  # of the reach, out of the page: views from one side do not tell
+MAX_SIGMA = 0.5  # of the reach, out of the page: views from one side do not determine it
 OUT_OF_PAGE = 0.3  # of a view whose step moves as far as the edge moves out of the page: each reach begins near it
 NEIGHBOURS = 15  # points: 30 mm of the edge
 
 
 @dataclass(frozen=True, eq=False)
 class Edge:
-    """Points (n, 3) mm round the page, counter-clockwise, their places (n, 2) mm on it, and which (n,) are measured."""
+    """Points round the page, counter-clockwise.
+
+    points: (n, 3) mm.
+    places: (n, 2) mm, on the page.
+    measured: (n,), which are measured.
+    """
 
     points: Floats
     places: Floats
@@ -52,10 +57,11 @@ class Edge:
 def find_edge(
     masks: PaperMasks, greys: Picture, cameras: Sequence[PhotoCamera], surface: PageSurface, outline: Floats
 ) -> Edge:
-    """The edge of a page in photographs, near an outline (n, 2) mm on its surface.
+    """Find the edge of a page near an outline (n, 2) mm on its surface.
 
-    masks tell paper from table, where a crease may be as dark a step in greys (v, h, w), which may be smaller copies of
-    what the cameras took. No view tells of an edge beside which the card may lie.
+    Masks distinguish paper from table, where a crease may be as dark a step in greys. No view shows an edge next to
+    which the card may lie.
+    greys: (v, h, w), may be smaller copies of what the cameras took.
     """
     edge = find_rough_edge(masks, cameras, surface, outline)
     for search in SEARCHES:
@@ -68,7 +74,10 @@ def find_edge(
 
 
 def find_rough_edge(masks: PaperMasks, cameras: Sequence[PhotoCamera], surface: PageSurface, outline: Floats) -> Edge:
-    """The edge of a page in masks alone, near an outline (n, 2) mm: good to a part of their pixels."""
+    """Find the edge of a page in masks alone, near an outline (n, 2) mm.
+
+    It is good to a part of their pixels.
+    """
     places = _smoothed(_resampled(outline, SPACING_MM), SMOOTH_MM / SPACING_MM)
     edge = Edge(surface.points(places), places, np.zeros(len(places), bool))
     return _refined(masks.masks, masks.unknown, cameras, surface, edge, *MASK_SEARCH)
@@ -83,9 +92,10 @@ def _refined(
     reach: float,
     lonely: float,
 ) -> Edge:
-    """The edge measured again, searched for within a reach, mm; without steps that are lonely by a share of it.
+    """Measure the edge again, within a reach, mm.
 
-    unknown (v, h, w): where views do not tell, as in `PaperMasks`.
+    Steps that are lonely by a fraction of it are dropped.
+    unknown: (v, h, w), where views do not count, as in `PaperMasks`.
     """
     points = edge.points
     along, outwards, normals = _directions(edge, surface)
@@ -125,9 +135,10 @@ def _step_places(
     reach: float,
     ends: Ints,
 ) -> tuple[Floats, Mask]:
-    """Where (n,) mm outwards from points (n, 3) the picture steps most from light to dark, and whether it does (n,).
+    """Return where the picture steps most from light to dark, (n,) mm.
 
-    Of the SAMPLES across the edge those before the ends (n,) count.
+    Outwards from points (n, 3), and whether it does, (n,). Of the SAMPLES across the edge those before the ends (n,)
+    count.
     """
     across = np.linspace(-reach, reach, SAMPLES)
     profile = np.zeros((len(points), SAMPLES))
@@ -137,7 +148,7 @@ def _step_places(
         values = ndimage.map_coordinates(grey, pixels[:, ::-1].T, order=1, mode="constant", cval=np.nan)
         profile += values.reshape(profile.shape) / len(ALONG)
     last = np.minimum(np.arange(SAMPLES), np.maximum(ends - 1, 0)[:, None])
-    profile = np.take_along_axis(profile, last, axis=1)  # what lies beyond is no step
+    profile = np.take_along_axis(profile, last, axis=1)  # what lies beyond is not a step
     slope = ndimage.gaussian_filter1d(profile, 1.0, axis=1, order=1, mode="nearest")
     known = np.isfinite(slope).all(axis=1)
     slope = np.where(known[:, None], slope, 0.0)
@@ -150,12 +161,15 @@ def _step_places(
     inside = np.array([row[: k + 1].max() for row, k in zip(light, best, strict=True)])
     outside = np.array([np.median(row[k + 1 :]) for row, k in zip(light, best, strict=True)])
     interior = (best > 1) & (best < ends - 2)
-    certain = known & interior & (inside - outside > LEAST_STEP * np.maximum(inside, TINY))
+    certain = known & interior & (inside - outside > MIN_STEP * np.maximum(inside, TINY))
     return across[best] + np.clip(fraction, -1, 1) * (across[1] - across[0]), certain
 
 
 def _first_unknown(unknown: Mask, camera: PhotoCamera, points: Floats, outwards: Floats, reach: float) -> Ints:
-    """(n,) the first of the SAMPLES across the edge at points (n, 3) that is unknown (h, w); SAMPLES for none."""
+    """Return the first of the SAMPLES across the edge that is unknown, (n,).
+
+    unknown: (h, w). points: (n, 3). SAMPLES where all are known.
+    """
     if not unknown.any():
         return np.full(len(points), SAMPLES)
     at = points[:, None] + np.linspace(-reach, reach, SAMPLES)[:, None] * outwards[:, None]
@@ -168,7 +182,10 @@ def _first_unknown(unknown: Mask, camera: PhotoCamera, points: Floats, outwards:
 def _sensitivities(
     camera: PhotoCamera, points: Floats, along: Floats, outwards: Floats, normals: Floats
 ) -> tuple[Floats, Floats]:
-    """How many pixels across the edge (n,) its picture moves for a millimetre out of the page, and for one outwards."""
+    """Return how far the edge's picture moves across itself, pixels.
+
+    For a millimetre out of the page, and for one outwards, (n,) each.
+    """
     _, jacobian = project_with_jacobian(camera.vector, points)
     by_point = jacobian[:, :, 3:6] @ camera.rotation
     ahead, out, away = (np.einsum("nij,nj->ni", by_point, vectors) for vectors in (along, normals, outwards))
@@ -178,9 +195,12 @@ def _sensitivities(
 
 
 def _solved(rows: Floats, steps: Floats, usable: Mask, reach: float) -> tuple[Floats, Mask]:
-    """Moves (n, 2) out of the page and outwards, mm, that explain the steps (v, n) of the views, and where they do.
+    """Solve for the moves (n, 2) out of the page and outwards, mm.
 
-    rows (v, n, 2) are the equations; usable (v, n). Views that disagree are left out one after the other.
+    They explain the steps (v, n) of the views. Views that disagree are left out one after the other.
+    rows: (v, n, 2), the equations.
+    usable: (v, n).
+    Returns also where they do, (n,).
     """
     usable = usable.copy()
     count = steps.shape[1]
@@ -193,18 +213,21 @@ def _solved(rows: Floats, steps: Floats, usable: Mask, reach: float) -> tuple[Fl
         moves = np.einsum("nij,nj->ni", inverse, side)
         misfit = np.where(usable, np.abs(np.einsum("vni,ni->vn", rows, moves) - steps), 0.0)
         worst = misfit.argmax(axis=0)
-        bad = (misfit[worst, number] > MISFIT * reach) & (usable.sum(axis=0) > LEAST_VIEWS)
+        bad = (misfit[worst, number] > MISFIT * reach) & (usable.sum(axis=0) > MIN_VIEWS)
         if not bad.any():
             break
         usable[worst[bad], number[bad]] = False
     spread = np.sqrt((misfit**2).sum(axis=0) / np.maximum(usable.sum(axis=0) - 2, 1))
     sigma = np.sqrt(inverse[:, 0, 0]) * np.maximum(spread, 0.02 * reach)
-    good = (usable.sum(axis=0) >= LEAST_VIEWS) & (misfit.max(axis=0) <= MISFIT * reach) & (sigma < MOST_SIGMA * reach)
+    good = (usable.sum(axis=0) >= MIN_VIEWS) & (misfit.max(axis=0) <= MISFIT * reach) & (sigma < MAX_SIGMA * reach)
     return moves, good & (np.abs(moves) < 2 * reach).all(axis=1)
 
 
 def _usual(moves: Floats, good: Mask) -> Floats:
-    """(n, 2) the median of the moves (n, 2) about each that are good (n,); NaN where none is."""
+    """Return the median (n, 2) of good moves about each.
+
+    moves: (n, 2). NaN without good ones.
+    """
     index = (np.arange(len(moves))[:, None] + np.arange(-(NEIGHBOURS // 2), NEIGHBOURS // 2 + 1)) % len(moves)
     near = np.where(good[index][..., None], moves[index], np.nan)
     some = good[index].any(axis=1)
@@ -222,7 +245,7 @@ def _filled(moves: Floats, known: Mask) -> Floats:
 
 
 def _resampled(outline: Floats, spacing: float) -> Floats:
-    """(n, 2) a closed outline (m, 2) with points a spacing apart."""
+    """Resample a closed outline (m, 2) at a spacing, (n, 2)."""
     closed = np.vstack([outline, outline[:1]])
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
     at = np.linspace(0, length[-1], max(round(length[-1] / spacing), 8), endpoint=False)
@@ -230,5 +253,5 @@ def _resampled(outline: Floats, spacing: float) -> Floats:
 
 
 def _smoothed(places: Floats, sigma: float) -> Floats:
-    """(n, 2) a closed outline without what is finer than sigma points."""
+    """Smooth a closed outline by sigma points, (n, 2)."""
     return np.asarray(ndimage.gaussian_filter1d(places, sigma, axis=0, mode="wrap"))

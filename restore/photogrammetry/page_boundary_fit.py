@@ -22,17 +22,17 @@ from restore.scan import Floats, Ints
 
 RIM_NOISE_MM = 0.1  # of the page's edge: a third of a pixel, and fibres
 BRIDGE_NOISE_MM = 0.3  # of the edge between what is measured: a margin that is prolonged beyond a crease is off by more
-CREASE_MM = 20.0  # of the edge beside a crease: as far as the gutter of a book bends
-CREASE_COUNT = 5  # ends of two lines of a ruled sheet, against the rows of print that tell of the rest of each
+CREASE_MM = 20.0  # of the edge next to a crease: as far as the gutter of a book bends
+CREASE_COUNT = 5  # ends of two lines of a ruled sheet, against the rows of print on the rest of each
 
 
 def fit_to_edge(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[CardInView]) -> tuple[Fitted, Edge]:
-    """A surface fitted again, to those of its points that lie within the page's edge and to the edge, and the edge.
-
-    cards: what is known of the card in each view; no edge is sought there, and the copies are changed.
+    """Fit a surface again, to its points within the page's edge and the edge.
 
     A margin may be centimetres off until its edge is known, and beyond a crease a part of it is not found at first. So
     the edge is sought once more, near the surface that goes through the first.
+    cards: what is known of the card in each view; no edge is sought there, and the copies are changed.
+    Returns the surface and the edge.
     """
     edge = _edge_of(fitted, model, masks, cards, fitted.area.outline)
     fitted = _through(edge, fitted)
@@ -46,10 +46,10 @@ def fit_to_edge(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence
 
 
 def _within(edge: Edge, fitted: Fitted) -> Fitted:
-    """A surface with those of its points that lie within the page's edge, as far as that is measured.
+    """Keep the points of a surface within the page's edge.
 
-    Where a margin hangs down to the table, patches of the table are found beside it: a surface through them is torn
-    down at its edge.
+    As far as that is measured. Where a margin hangs down to the table, patches of the table are found next to it: a
+    surface through them is torn down at its edge.
     """
     feet = fitted.surface.feet(fitted.points, fitted.feet)
     _, nearest = cKDTree(edge.places).query(feet)
@@ -58,7 +58,7 @@ def _within(edge: Edge, fitted: Fitted) -> Fitted:
 
 
 def _through(edge: Edge, fitted: Fitted) -> Fitted:
-    """A surface fitted again to those of its points that lie within the edge, and to the edge."""
+    """Fit a surface again to its points within the edge, and to the edge."""
     within = _within(edge, fitted)
     return replace(within, surface=_surface_through(edge, within))
 
@@ -79,7 +79,10 @@ def _surface_through(edge: Edge, fitted: Fitted) -> PageSurface:
 
 
 def _counts_at_creases(edge: Edge, surface: FoldedSurface) -> Ints:
-    """(n,) how often points of an edge count: beside a crease, where nothing is printed, they alone tell of paper."""
+    """Return how often points of an edge count, (n,).
+
+    Next to a crease, where nothing is printed, they alone show the paper.
+    """
     label, _ = surface.located(edge.places)
     reach = round(CREASE_MM / SPACING_MM)
     near = ndimage.maximum_filter1d((label != np.roll(label, 1)).astype(int), 2 * reach + 1, mode="wrap")
@@ -87,7 +90,10 @@ def _counts_at_creases(edge: Edge, surface: FoldedSurface) -> Ints:
 
 
 def _edge_of(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[CardInView], outline: Floats) -> Edge:
-    """The edge of the page near an outline (n, 2) mm, sought where no card lies; the copies are changed there."""
+    """Find the edge of the page near an outline (n, 2) mm.
+
+    It is sought where no card lies; the copies are changed there.
+    """
     greys = fitted.greys
     ratio = greys.shape[2] / masks.size[0]
     for grey, paper, card in zip(greys, masks.masks, cards, strict=True):

@@ -23,19 +23,25 @@ class PageSurface(Protocol):
         ...
 
     def points(self, places: Floats) -> Floats:
-        """(n, 3) mm at places (n, 2) mm."""
+        """Return points (n, 3) mm at places (n, 2) mm."""
         ...
 
     def normals(self, places: Floats) -> Floats:
-        """(n, 3) unit normals at places (n, 2) mm."""
+        """Return unit normals (n, 3) at places (n, 2) mm."""
         ...
 
     def frames(self, places: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Points (n, 3) mm, tangents (n, 2, 3), normals (n, 3) and curvatures (n, 3) 1/mm at places (n, 2) mm."""
+        """Return points, tangents, normals and curvatures at places (n, 2) mm.
+
+        They are (n, 3) mm, (n, 2, 3), (n, 3) and (n, 3) 1/mm.
+        """
         ...
 
     def feet(self, points: Floats, start: Floats) -> Floats:
-        """(n, 2) mm: places next to points (n, 3) mm, sought from places (n, 2)."""
+        """Return places (n, 2) mm next to points (n, 3) mm.
+
+        start: (n, 2), places to search from.
+        """
         ...
 
     def moved(self, similarity: Similarity) -> Self:
@@ -43,9 +49,16 @@ class PageSurface(Protocol):
         ...
 
     def uncreased(self, places: Floats, half: float) -> Mask:
-        """(n,) True where a square of half a side, mm, about places (n, 2) holds no crease."""
+        """Return whether a square about each place holds no crease.
+
+        half: half a side, mm. places: (n, 2) mm. Returns (n,) bool.
+        """
         ...
 
     def creased(self, places: Floats, faces: Ints) -> Floats:
-        """(n, 3) mm: vertices at places (n, 2) mm of a mesh of faces (m, 3), those beside a crease moved onto it."""
+        """Return mesh vertices (n, 3) mm, those near a crease moved onto it.
+
+        places: (n, 2) mm.
+        faces: (m, 3).
+        """
         ...

@@ -1,6 +1,6 @@
-"""The smooth pieces of a page that creases part, out of the points on it.
+"""Smooth pieces of a page that creases part, from the points on it.
 
-Neighbouring points belong to one piece when the quadratic beside the one predicts the other.
+Neighbouring points belong to one piece when the quadratic next to the one predicts the other.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from scipy.spatial import Delaunay, cKDTree
 from restore.photogrammetry.discs import Discs, fit_discs
 from restore.scan import Floats, Ints, Mask
 
-NEAREST = 8  # points tell how far points are apart
+NEAREST = 8  # points determine how far points are apart
 RADIUS = 3.2  # of a disc, in distances between points: thirty points, five to an unknown
-CLEAN_SHARE = 0.2  # of the discs hold no crease, even on a crumpled sheet: they tell the noise
+CLEAN_SHARE = 0.2  # of the discs hold no crease, even on a crumpled sheet: they determine the noise
 LINKED = 2.5  # standard deviations, up to which a point is predicted
-NEAR = 2.2  # distances between points: farther, a quadratic predicts nothing for certain
+NEAR = 2.2  # distances between points: farther, a quadratic predicts nothing reliably
 BEND = 0.006  # of their distance, by which points without a crease between them miss a quadratic: 6 µm to a millimetre
 FAR = 4.0  # distances between points, over which a piece goes on: a line of print may be missing
 BESIDE = 2  # neighbours on a piece that a point needs to be added to it
 GROWN_FROM = 16  # points of the piece next to it
-GROWTH_BEND = 0.02  # of the distance: half of what a crease of LEAST_TURN leaves
-LEAST_TURN = 0.1  # radians, 6°: a crease that turns by less is as well rounded
+GROWTH_BEND = 0.02  # of the distance: half of what a crease of MIN_TURN leaves
+MIN_TURN = 0.1  # radians, 6°: a crease that turns by less is as well rounded
 CORE = 15  # points that make a piece
 WINDOW = 4.0  # radius of those in which two pieces are compared, in distances between points
 WINDOWS = 20  # along the border of two pieces
-LEAST_BESIDE = 8  # points of a window on either side of the border: more than unknowns
+MIN_BESIDE = 8  # points of a window on either side of the border: more than unknowns
 WORSE = 1.15  # a median of twenty such ratios of noise alone is 1 to some hundredths
 CONTINUED = 3.0  # median of the predictions, where no window holds points of both pieces
 CUBIC = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))  # powers of x and y
@@ -35,9 +35,11 @@ KINK = 0.018  # standard deviation that a cubic leaves of a kink of a radian wit
 
 
 def find_pieces(points: Floats, places: Floats) -> Ints:
-    """(n,) the number of the piece that each of the points (n, 3) mm at places (n, 2) mm of the page lies on.
+    """Return the piece (n,) that each point lies on.
 
     All zero where no crease is found. −1 for points on none: outliers, and those on pieces that are too small.
+    points: (n, 3) mm.
+    places: (n, 2) mm, of the page.
     """
     spacing = _spacing(places)
     near = cKDTree(places).query_ball_point(places, RADIUS * spacing)
@@ -55,27 +57,37 @@ def find_pieces(points: Floats, places: Floats) -> Ints:
 
 
 def _spacing(places: Floats) -> float:
-    """The distance, mm, between neighbouring places (n, 2), were they on a square lattice."""
+    """Return the spacing of places (n, 2), were they a square lattice, mm."""
     distance = cKDTree(places).query(places, k=min(NEAREST + 1, len(places)))[0][:, -1]
     return float(np.median(distance) * np.sqrt(np.pi / NEAREST))
 
 
 def _discrepancies(discs: Discs, best: Ints, points: Floats, edges: Ints, bends: Floats) -> Floats:
-    """(k,) how badly the ends of edges (k, 2) predict each other, each by its best disc (n,): the worse of the two."""
+    """Return how badly the ends of edges predict each other, (k,).
+
+    Each by its best disc (n,): the worse of the two.
+    edges: (k, 2).
+    """
     sigma = float(np.quantile(discs.misfits[np.isfinite(discs.misfits)], CLEAN_SHARE))
     ways = ((edges[:, 0], edges[:, 1]), (edges[:, 1], edges[:, 0]))
     return np.maximum(*(discs.discrepancies(best[one], points[other], bends, sigma) for one, other in ways))
 
 
 def neighbours(places: Floats) -> Ints:
-    """(k, 2) pairs of neighbouring places (n, 2), each once, the lower number first."""
+    """Return the pairs (k, 2) of neighbouring places (n, 2).
+
+    Each once, the lower number first.
+    """
     faces = Delaunay(places).simplices
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     return np.unique(edges, axis=0)
 
 
 def _cores(links: Ints, count: int) -> Ints:
-    """(n,) labels of the points that links (k, 2) join, −1 for those of small groups."""
+    """Return labels (n,) of the points that links (k, 2) join.
+
+    −1 for those of small groups.
+    """
     graph = coo_matrix((np.ones(len(links)), (links[:, 0], links[:, 1])), (count, count))
     _, group = connected_components(graph, directed=False)
     large = np.bincount(group) >= CORE
@@ -83,9 +95,10 @@ def _cores(links: Ints, count: int) -> Ints:
 
 
 def _grown(points: Floats, places: Floats, labels: Ints, edges: Ints) -> Ints:
-    """Labels (n,) with those points added to a piece that the nearest points of the piece predict, from its rim on.
+    """Return labels (n,), with pieces grown by the points they predict.
 
-    Where paper bends ever more, as towards a spine, a disc of the usual size holds more than a quadratic.
+    The nearest points of the piece predict them, from its rim on. Where paper bends ever more, as towards a spine, a
+    disc of the usual size holds more than a quadratic.
     """
     both, labels = np.concatenate([edges, edges[:, ::-1]]), labels.copy()
     refused: set[tuple[int, int, int]] = set()
@@ -108,7 +121,11 @@ def _grown(points: Floats, places: Floats, labels: Ints, edges: Ints) -> Ints:
 
 
 def _predicted(points: Floats, point: Floats) -> bool:
-    """Whether a quadratic through points (n, 3) mm goes through another point (3,), as far as it tells."""
+    """Return whether a quadratic through points predicts another point.
+
+    points: (n, 3) mm.
+    point: (3,).
+    """
     middle = points.mean(axis=0)
     axes = np.linalg.svd(points - middle, full_matrices=False)[2]
     x, y, height = ((np.vstack([points, point]) - middle) @ axes.T).T
@@ -151,16 +168,20 @@ def _numbered(labels: Ints) -> Ints:
 
 def _both(first: Mask) -> bool:
     """Whether a window holds enough points of both pieces to compare them."""
-    return bool(min(first.sum(), (~first).sum()) >= LEAST_BESIDE)
+    return bool(min(first.sum(), (~first).sum()) >= MIN_BESIDE)
 
 
 def _misfit(points: Floats, first: Mask, radius: float) -> float:
-    """How badly one cubic follows points (n, 3) mm of two pieces, over what two quadratics and bends leave."""
+    """Return how badly one cubic follows points of two pieces.
+
+    Over what two quadratics and bends leave.
+    points: (n, 3) mm.
+    """
     off = points - points.mean(axis=0)
     x, y, height = (off @ np.linalg.svd(off, full_matrices=False)[2].T / radius).T
     terms = np.stack([x**p * y**q for p, q in CUBIC], axis=1)
     two = np.concatenate([terms[:, :6] * first[:, None], terms[:, :6] * ~first[:, None]], axis=1)
-    return _rms(terms, height) / float(np.hypot(WORSE * _rms(two, height), KINK * LEAST_TURN))
+    return _rms(terms, height) / float(np.hypot(WORSE * _rms(two, height), KINK * MIN_TURN))
 
 
 def _rms(terms: Floats, values: Floats) -> float:

@@ -29,35 +29,35 @@ from restore.photogrammetry.page_boundary_fit import fit_to_edge
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.refined import missed, refined
 from restore.photogrammetry.relief import Relief
-from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
+from restore.photogrammetry.sparse import MIN_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
 from restore.photogrammetry.surface import STEP_MM
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats, InterpolatedMesh
 from restore.texture.coverage import distance_to
 
 ENOUGH_VIEWS = 5  # of 1200 × 900: the pages of six triples in ten of them were 0.3 to 2 mm wrong, of one four in five
-LEAST_POINTS = 100  # on the page: as few features has a page with half a line of print
-MOST_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
-LEAST_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
-MOST_OFF_MM = 0.25  # of that distance: five times that of a wave of 97 mm and 36°, the steepest that was tried
-# Of the area: a page of four creases that was right had 0.004, as vertices beside creases are moved onto them; a spread
+MIN_POINTS = 100  # on the page: as few features has a page with half a line of print
+MAX_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
+MIN_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
+MAX_OFF_MM = 0.25  # of that distance: five times that of a wave of 97 mm and 36°, the steepest that was tried
+# Of the area: a page of four creases that was right had 0.004, as vertices near creases are moved onto them; a spread
 # that was 0.5 % too large 0.011.
-MOST_STRETCH = 0.006
+MAX_STRETCH = 0.006
 
 
 def _silent(_stage: str, _done: float) -> None:
-    """Progress that nobody watches."""
+    """Progress that no one watches."""
 
 
 @dataclass(frozen=True, eq=False)
 class PhotographedPage:
-    """A page reconstructed from photographs.
+    """Page reconstructed from photographs.
 
-    mesh         its surface over the table, z up, with the photograph that faces it most as its texture. It counts as
-                 interpolated a knot of its spline and more from all points: there its stiffness alone tells its shape.
-    photographs  those that joined, with their cameras in the frame of the mesh.
-    report       what was found, in plain values.
-    findings     what is to be reported of it.
+    mesh: its surface over the table, z up, with the photograph that faces it most as its texture. It counts as
+        interpolated a knot of its spline and more from all points: there its stiffness alone determines its shape.
+    photographs: those that joined, with their cameras in the frame of the mesh.
+    report: what was found, in plain values.
+    findings: what is to be reported of it.
     """
 
     mesh: InterpolatedMesh
@@ -88,18 +88,17 @@ class PhotographedPage:
 def reconstruct_page(
     photographs: Sequence[Photograph], *, card: ScaleCard | None = SCALE_CARD, progress: Progress = _silent
 ) -> PhotographedPage:
-    """The surface of a page on a table, out of photographs of one lens from all round.
+    """Reconstruct the surface of a page on a table from photographs.
 
-    card: that lies beside the page, to take the scale from; it is needed in three of them. None for no scale.
-    The result has the `mesh`, the `photographs` that joined, with their cameras, a `report` and `findings`; its method
+    The photographs are of one lens, from all round. `examples/photographs.py` makes a page of a folder of photographs.
+    card: that lies next to the page, to take the scale from; it is needed in three of them. None for no scale.
+    Returns the `mesh`, the `photographs` that joined, with their cameras, a `report` and `findings`; its method
     `rescale_page(factor, source)` gives it another size.
     Raises MixedLenses, Mirrored, TooFewViews, NoPage, CardApart, or ExtraMissing without pycolmap.
-
-    `examples/photographs.py` makes a page of a folder of photographs.
     """
-    if len(photographs) < LEAST_VIEWS:
+    if len(photographs) < MIN_VIEWS:
         raise TooFewViews(
-            f"{len(photographs)} photographs are too few: {LEAST_VIEWS} are needed",
+            f"{len(photographs)} photographs are too few: {MIN_VIEWS} are needed",
             "photograph the page from above and from all sides, 5 to 25 times",
         )
     photographs = [turned_like(photograph, photographs[0]) for photograph in photographs]
@@ -125,8 +124,9 @@ def _page_of(
     card: ScaleCard | None,
     progress: Progress,
 ) -> PhotographedPage:
-    """The page that the views of a sparse model show; markers: index of the photograph → those that it shows.
+    """Return the page that the views of a sparse model show.
 
+    markers: index of the photograph → those that it shows.
     Raises ViewsApart, naming views that do not show what the others show, or NoPage.
     """
     views = list(sparse.cameras)
@@ -135,7 +135,7 @@ def _page_of(
     cards = [_card_in(markers[view], camera, model.corners) for view, camera in zip(views, model.cameras, strict=True)]
     masks = find_paper([photographs[view].image for view in views], cards)
     points = model.points[on_page(masks, model.cameras, model.points)]
-    if len(points) < LEAST_POINTS:
+    if len(points) < MIN_POINTS:
         raise NoPage(
             f"only {len(points)} points of the photographs lie on a page",
             "lay the page on a table that is darker than paper or coloured, with the whole of it in every photograph",
@@ -152,7 +152,11 @@ def _page_of(
 
 
 def _card_in(seen: Mapping[int, Floats], camera: PhotoCamera, corners: Floats | None) -> CardInView:
-    """What is known of the card in a view: markers seen at pixels (2,), and its corners (4, 3) mm if it was found."""
+    """Return what is known of the card in a view.
+
+    seen: pixels (2,) of the markers.
+    corners: (4, 3) mm, if it was found.
+    """
     whole = None if corners is None else camera.project(corners)
     return CardInView(outline_in(seen, margin_mm=0.0), outline_in(seen), whole, len(seen) == len(SCALE_CARD.centres))
 
@@ -195,7 +199,10 @@ def _dense(
 
 
 def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
-    """What a report tells of a surface; stiffness in mm⁴, where it is smooth."""
+    """Return what a report says of a surface.
+
+    stiffness: mm⁴, where it is smooth.
+    """
     if isinstance(surface, Relief):
         return {"shape": "facets", "stiffness_mm4": None, "smooth_pieces": None}
     if isinstance(surface, FoldedSurface):
@@ -204,7 +211,11 @@ def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
 
 
 def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tuple[Finding, ...]:
-    """What is to be reported of a page; report as `PhotographedPage` has it, left_out: photograph's name → why."""
+    """Return the findings about a page.
+
+    report: as `PhotographedPage` has it.
+    left_out: photograph's name → why.
+    """
     found = [Finding.of("view_apart", name=name, reason=why.text) for name, why in left_out.items()]
     if len(report["photographs_used"]) < ENOUGH_VIEWS:
         found.append(Finding.of("few_views", count=len(report["photographs_used"]), enough=ENOUGH_VIEWS))
@@ -212,13 +223,13 @@ def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tup
         found.append(Finding.of("views_zoomed"))
     if report["scale_source"]["from"] == "none":
         found.append(Finding.of("no_scale"))
-    if report["edge_measured_fraction"] < LEAST_EDGE:
+    if report["edge_measured_fraction"] < MIN_EDGE:
         found.append(Finding.of("edge_unseen", report["edge_measured_fraction"]))
-    if report["surface_residual_mm"] > MOST_OFF_MM:
+    if report["surface_residual_mm"] > MAX_OFF_MM:
         found.append(Finding.of("surface_off", distance_mm=report["surface_residual_mm"]))
-    if report["excess_area_fraction"] is not None and abs(report["excess_area_fraction"]) > MOST_STRETCH:
+    if report["excess_area_fraction"] is not None and abs(report["excess_area_fraction"]) > MAX_STRETCH:
         found.append(Finding.of("area_gained", change=report["excess_area_fraction"]))
-    if report["paper_outside_fraction"] > MOST_UNCOVERED:
+    if report["paper_outside_fraction"] > MAX_UNCOVERED:
         found.append(Finding.of("paper_uncovered", report["paper_outside_fraction"]))
     return tuple(found)
 
@@ -226,9 +237,11 @@ def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tup
 def _mesh(
     surface: PageSurface, outline: Floats, photographs: Sequence[Photograph], model: Model, measured: Floats
 ) -> tuple[InterpolatedMesh, Floats]:
-    """The mesh of a surface within an outline (k, 2) mm, seen in the photograph that faces it most; places (n, 2) mm.
+    """Mesh a surface within an outline (k, 2) mm.
 
-    measured: the points (k, 3) mm that it was fitted to.
+    Its texture is the photograph that faces it most.
+    measured: (k, 3) mm, the points that it was fitted to.
+    Returns the mesh and the places (n, 2) mm.
     """
     vertices, faces, places = mesh_within(surface, outline)
     middle = vertices.mean(axis=0)

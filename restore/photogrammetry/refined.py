@@ -1,4 +1,7 @@
-"""The surface of a page in rounds of finer and finer patches: smooth, of a few pieces, or of many facets."""
+"""The surface of a page in rounds of finer and finer patches.
+
+Smooth, of a few pieces, or of many facets.
+"""
 
 from __future__ import annotations
 
@@ -27,9 +30,9 @@ EDGE_MARGIN_MM = 16.0  # round the page, once all of it is found: its edge is se
 FIRST_STIFFNESS = 1e4  # mm⁴: of the surface through features: a wave of 97 mm and 36° is followed to half a millimetre
 ROUND_SETTLED_MM = 0.02  # of the same surfaces: a tenth of a pixel
 ROUND_STIFFNESS = 1e3  # mm⁴: between the rounds, where the surface only has to lie within the reach of the next
-MOST_GROWTHS = 6  # coarse rounds: from a part of a roll to all of it
+MAX_GROWTHS = 6  # coarse rounds: from a part of a roll to all of it
 GROWN = 0.01  # of the page's area, that one more coarse round adds at least
-MOST_PIECES = 2  # of the pages of a spread: leaflets and maps have more, and print beside their folds
+MAX_PIECES = 2  # of the pages of a spread: leaflets and maps have more, and print next to their folds
 MISSED_SHARE = 0.9  # of the measured points lie nearer to the surface than what it misses them by
 ROUGH_MM = 0.3  # of an edge in masks, standard deviation: half a pixel of theirs
 EXPLAINED = 0.5  # of that, by facets: of a creased page a tenth is left, of photographs that disagree most of it
@@ -38,11 +41,13 @@ CREASED_MM = 0.1  # missed by a smooth surface: three times that of a wave of 97
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """A surface through points (n, 3) mm with feet (n, 2) mm, of a stiffness in mm⁴ where it is smooth.
+    """Surface through points (n, 3) mm with feet (n, 2) mm.
 
-    area    of the page on it. greys: the copies in which the points were tracked last.
-    rounds  what each round found.
-    gaps    points between those: of a relief alone.
+    stiffness: mm⁴, where it is smooth.
+    area: of the page on it.
+    greys: the copies in which the points were tracked last.
+    rounds: what each round found.
+    gaps: points between those: of a relief alone.
     """
 
     surface: PageSurface
@@ -58,9 +63,13 @@ class Fitted:
 def refined(
     joined: Sequence[Photograph], model: Model, masks: PaperMasks, points: Floats, progress: Progress
 ) -> Fitted:
-    """The surface after all rounds, begun with points (n, 3) mm that features gave; the model is adjusted to each."""
+    """Return the surface after all rounds.
+
+    The model is adjusted to each.
+    points: (n, 3) mm, that features gave.
+    """
     fitted = _of_few_pieces(joined, model, masks, points, progress)
-    if _pieces(fitted) > MOST_PIECES:
+    if _pieces(fitted) > MAX_PIECES:
         fitted = _of_facets(joined, model, masks, fitted, progress)
     elif _missed(fitted) > CREASED_MM:
         before = replace(model)
@@ -76,12 +85,15 @@ def refined(
 def _of_few_pieces(
     joined: Sequence[Photograph], model: Model, masks: PaperMasks, points: Floats, progress: Progress
 ) -> Fitted:
-    """The smooth surface, or that of pieces; it ends early where these are more than MOST_PIECES."""
+    """Return the smooth surface, or that of few pieces.
+
+    It ends early where these are more than MAX_PIECES.
+    """
     greys = smoothed_copies(joined, COARSE_SIDE)
     surface: PageSurface
     surface, area = _first_surface(model, masks, points)
     rounds: list[dict[str, float]] = []
-    plans, before, last = [COARSE] * MOST_GROWTHS + list(ROUNDS[1:]), 0, COARSE
+    plans, before, last = [COARSE] * MAX_GROWTHS + list(ROUNDS[1:]), 0, COARSE
     while plans:
         plan = plans.pop(0)
         progress("surface", len(rounds) / (len(rounds) + len(plans) + 1))
@@ -94,7 +106,7 @@ def _of_few_pieces(
         stiffness = ROUND_STIFFNESS
         smooth, feet = fit_surface(points, feet, smooth, stiffness=stiffness, settled=ROUND_SETTLED_MM)
         surface = smooth if plan is COARSE else fold(points, feet, smooth)
-        if isinstance(surface, FoldedSurface) and len(surface.pieces) > MOST_PIECES:
+        if isinstance(surface, FoldedSurface) and len(surface.pieces) > MAX_PIECES:
             break
         if isinstance(surface, FoldedSurface) and plan is not last:
             plans.insert(0, plan)  # again, now up to the creases
@@ -119,7 +131,10 @@ def _missed(fitted: Fitted) -> float:
 
 
 def missed(surface: PageSurface, points: Floats, feet: Floats) -> float:
-    """How far, mm, a surface passes by one in ten of points (n, 3) mm with feet (n, 2) mm on it, and farther."""
+    """Return the 90th percentile of a surface's distance from points, mm.
+
+    points: (n, 3) mm, with feet (n, 2) mm on it.
+    """
     off = np.linalg.norm(points - surface.points(surface.feet(points, feet)), axis=1)
     return float(np.quantile(off, MISSED_SHARE))
 
@@ -153,14 +168,21 @@ def filled_again(fitted: Fitted, surface: Relief, model: Model, masks: PaperMask
 
 
 def _rim(model: Model, masks: PaperMasks, surface: Relief) -> Cloud:
-    """The page's edge as far as masks tell it: without it a margin beyond a crease is turned as its neighbours are."""
+    """Return the page's edge as far as masks show it.
+
+    Without it a margin beyond a crease is tilted as its neighbours are.
+    """
     area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
     edge = find_rough_edge(masks, model.cameras, surface, area.outline)
     return Cloud.of(edge.points[edge.measured], edge.places[edge.measured], ROUGH_MM, of_facets=False)
 
 
 def _first_surface(model: Model, masks: PaperMasks, points: Floats) -> tuple[Surface, PageArea]:
-    """The surface through points (n, 3) mm that features gave, over the flat page, and the page's area there."""
+    """Return the surface through points of features, and the page's area.
+
+    The surface is over the flat page.
+    points: (n, 3) mm.
+    """
     low, high = _bounds(points[:, :2], MARGIN_MM)
     level = Surface.level(low, high, float(np.median(points[:, 2])))
     raised, _ = fit_surface(points, points[:, :2], level, stiffness=FIRST_STIFFNESS, inextensible=False)

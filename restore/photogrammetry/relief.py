@@ -1,7 +1,7 @@
 """A creased page: its relief over a smooth sheet.
 
 Neither the places nor the number of its creases are known. Of all reliefs through the points, that is taken which bends
-in the fewest places (`lattice`); beside a crease, where no point is, its facets are prolonged to where they meet
+in the fewest places (`lattice`); near a crease, where no point is, its facets are prolonged to where they meet
 (`facets`).
 """
 
@@ -28,9 +28,10 @@ UNCREASED = 0.2  # radians, 11°: within a patch that lies on one facet, rounded
 
 @dataclass(frozen=True, eq=False)
 class Relief:
-    """Heights (rows, cols) mm along the normals of a smooth base, of nodes a step apart from low (2,) mm on.
+    """Heights (rows, cols) mm along the normals of a smooth base.
 
-    Places are those of the base: they are none of the flat page.
+    They are of nodes a step apart from low (2,) mm on. Places are those of the base: they are not those of the flat
+    page.
     """
 
     base: Surface
@@ -53,18 +54,18 @@ class Relief:
         return _lattice(self.base, self.low, self.step, self.heights.shape)
 
     def points(self, places: Floats) -> Floats:
-        """(n, 3) mm at places (n, 2) mm of the base."""
+        """Return points (n, 3) mm at places (n, 2) mm of the base."""
         on_base, _, normals, _ = self.base.frames(places)
         return np.asarray(on_base + self._heights(places)[:, None] * normals)
 
     def normals(self, places: Floats) -> Floats:
-        """(n, 3) unit normals at places (n, 2) mm of the base."""
+        """Return unit normals (n, 3) at places (n, 2) mm of the base."""
         return self.frames(places)[2]
 
     def frames(self, places: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Points (n, 3) mm, tangents (n, 2, 3), normals (n, 3) and curvatures (n, 3) 1/mm at places (n, 2) mm.
+        """Return points, tangents, normals and curvatures at places (n, 2) mm.
 
-        They are as `Surface.frames` has them; a facet has no curvature.
+        They are (n, 3) mm, (n, 2, 3), (n, 3) and (n, 3) 1/mm, as in `Surface.frames`; a facet has no curvature.
         """
         along, up = (self._difference(places, move) for move in np.eye(2) * self.step / 2)
         normals = np.cross(along, up)
@@ -74,7 +75,10 @@ class Relief:
         return self.points(places), tangents, normals, np.zeros((len(places), 3))
 
     def feet(self, points: Floats, start: Floats) -> Floats:
-        """(n, 2) mm: places of the base below points (n, 3) mm, sought from places (n, 2)."""
+        """Return places (n, 2) mm of the base below points (n, 3) mm.
+
+        start: (n, 2), places to search from.
+        """
         return self.base.feet(points, start)
 
     def moved(self, similarity: Similarity) -> Relief:
@@ -82,7 +86,10 @@ class Relief:
         return replace(self, base=self.base.moved(similarity), heights=similarity.scale * self.heights)
 
     def uncreased(self, places: Floats, half: float) -> Mask:
-        """(n,) True where a square of half a side, mm, about places (n, 2) lies on one facet."""
+        """Return whether a square about each place lies on one facet.
+
+        half: half a side, mm. places: (n, 2) mm. Returns (n,) bool.
+        """
         own = self.normals(places)
         whole = np.ones(len(places), bool)
         for corner in half * np.array([[-1, -1], [0, -1], [1, -1], [1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0]]):
@@ -90,7 +97,10 @@ class Relief:
         return whole
 
     def creased(self, places: Floats, faces: Ints) -> Floats:  # noqa: ARG002 (as of pieces that meet)
-        """(n, 3) mm: vertices at places (n, 2) mm of a mesh of faces (m, 3)."""
+        """Return mesh vertices (n, 3) mm at places (n, 2) mm.
+
+        faces: (m, 3).
+        """
         return self.points(places)
 
     def _heights(self, places: Floats) -> Floats:
@@ -103,9 +113,11 @@ class Relief:
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """Measured points (n, 3) mm, their feet (n, 2) mm on the base of a relief, and standard deviations (n,) mm.
+    """Measured points (n, 3) mm, their feet and their noise.
 
-    of_facets  (n,) False for those of the page's edge: a line tells nothing of how its facet is turned.
+    feet: (n, 2) mm, on the base of a relief.
+    noise: (n,) mm, standard deviations.
+    of_facets: (n,), False for those of the page's edge: a line says nothing of how its facet is tilted.
     """
 
     points: Floats
@@ -115,7 +127,12 @@ class Cloud:
 
     @classmethod
     def of(cls, points: Floats, feet: Floats, noise: Floats | float = NOISE_MM, *, of_facets: bool = True) -> Cloud:
-        """Points (n, 3) mm with feet (n, 2) mm, all of facets or none; noise: (n,) mm, or of all."""
+        """Return a cloud of points that all are of facets or all are not.
+
+        points: (n, 3) mm.
+        feet: (n, 2) mm.
+        noise: (n,) mm, or one for all.
+        """
         return cls(points, feet, np.broadcast_to(noise, len(points)), np.full(len(points), of_facets))
 
     def joined(self, other: Cloud) -> Cloud:
@@ -125,8 +142,10 @@ class Cloud:
 
 
 def raise_relief(points: Floats, feet: Floats, smooth: Surface) -> Relief:
-    """The relief through points (n, 3) mm with feet (n, 2) mm on a smooth surface, its creases still rounded.
+    """Return the relief through points, its creases still rounded.
 
+    points: (n, 3) mm.
+    feet: (n, 2) mm, on a smooth surface.
     Raises SheetLost.
     """
     base, feet = fit_surface(points, feet, smooth, stiffness=BASE_STIFFNESS)
@@ -138,7 +157,10 @@ def raise_relief(points: Floats, feet: Floats, smooth: Surface) -> Relief:
 
 
 def refine_relief(cloud: Cloud, relief: Relief) -> Relief:
-    """A relief fitted anew to a cloud over its base, its facets prolonged to its creases."""
+    """Fit a relief again to a cloud, with facets prolonged to its creases.
+
+    The cloud is over its base.
+    """
     lattice, above = relief.lattice(), _above(relief.base, cloud.points, cloud.feet)
     heights = lattice.fitted(cloud.feet, above, ALL_STAGES, noise=cloud.noise)
     heights = prolonged(lattice, heights, cloud.feet, above, cloud.of_facets, cloud.noise)
@@ -146,7 +168,11 @@ def refine_relief(cloud: Cloud, relief: Relief) -> Relief:
 
 
 def _above(base: Surface, points: Floats, feet: Floats) -> Floats:
-    """(n,) mm: how far points (n, 3) lie above a base at their feet (n, 2)."""
+    """Return the height (n,) mm of points over a base at their feet.
+
+    points: (n, 3).
+    feet: (n, 2).
+    """
     on_base, _, normals, _ = base.frames(feet)
     return np.asarray(((points - on_base) * normals).sum(axis=1))
 

@@ -19,16 +19,22 @@ OF_A_STEP = float(np.sqrt(2 * np.pi))  # contrast over greatest slope of a step,
 
 @dataclass(frozen=True)
 class Sharpness:
-    """blur: standard deviation in pixels of the blur of the strongest edges; contrast: of them, in 8-bit codes."""
+    """Sharpness of the strongest edges of a photograph.
+
+    blur: standard deviation in pixels.
+    contrast: in 8-bit codes.
+    """
 
     blur: float
     contrast: float
 
 
 def sharpness(grey: Bytes) -> Sharpness:
-    """Blur and contrast of the strongest edges of a photograph (h, w), measured in the direction of least blur.
+    """Measure blur and contrast of the strongest edges.
 
-    A step blurred by a Gaussian of standard deviation s has a slope of its contrast over s √(2π).
+    In the direction of least blur. A step blurred by a Gaussian of standard deviation s has a slope of its contrast
+    over s √(2π).
+    grey: (h, w).
     """
     smooth = cv2.GaussianBlur(grey.astype(np.float32), (0, 0), SMOOTHING)
     slope = np.hypot(*(cv2.Sobel(smooth, cv2.CV_32F, *way, ksize=3, scale=1 / 8) for way in ((1, 0), (0, 1))))

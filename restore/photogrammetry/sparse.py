@@ -1,8 +1,7 @@
-"""Cameras and points of photographs of one lens, by SIFT and incremental mapping (COLMAP, Schönberger & Frahm, CVPR
-2016).
+"""Cameras and points of photographs of one lens, by COLMAP.
 
-pycolmap comes with the extra `photos` and is imported here alone. SIFT is asked for by name: other features would fetch
-weights.
+SIFT and incremental mapping (Schönberger & Frahm, CVPR 2016). pycolmap comes with the extra `photos` and is imported
+here alone. SIFT is asked for by name: other features would fetch weights.
 """
 
 from __future__ import annotations
@@ -32,13 +31,13 @@ Progress = Callable[[str, float], None]
 SIDE = 1600  # pixels of the longer side in which features are found: the patches measure what cameras need
 FEATURES = 6000  # of a photograph
 SEED = 1  # of the random samples of matching and mapping
-LEAST_VIEWS = 3
+MIN_VIEWS = 3
 PHONE_FOCAL = 0.72  # in widths of the picture: 26 mm in terms of 35 mm film, as most phones have
-SAME_FOCAL = 0.02  # EXIF tells whole millimetres, and 26 of them
-MOST_ERROR_PX = 1.5  # reprojection error of a point that is kept, in pixels of the small copy
-LEAST_TRACK = 3  # views of such a point
-LEAST_TURN_DEG = 4.0  # between the outermost lines of sight of the points, at the median: less, and depth is a guess
-LEAST_MATCHES = 30  # between two photographs: fewer agree by chance
+SAME_FOCAL = 0.02  # relative; EXIF stores whole millimetres: ±2 % at 26 mm
+MAX_ERROR_PX = 1.5  # reprojection error of a point that is kept, in pixels of the small copy
+MIN_TRACK = 3  # views of such a point
+MIN_TURN_DEG = 4.0  # between the outermost lines of sight of the points, at the median: less, and depth is a guess
+MIN_MATCHES = 30  # between two photographs: fewer agree by chance
 SHARP = 0.15  # of the median contrast of fine detail in the set: below, a photograph was shaken
 BLURRED_PX = 2.5  # standard deviation in the small copy: 10-point print is grey, and has no features
 BLANK_CODES = 30.0  # contrast of a picture's strongest edges: print and the edge of a page have more
@@ -97,9 +96,9 @@ def reconstruct(photographs: Sequence[Photograph], progress: Progress) -> Sparse
         best, matched = _mapped(colmap, Path(name), small, focal, progress)
     cameras = {} if best is None else _cameras(best, (width, height), ratio)
     failed = _reasons(small, matched, set(cameras))
-    if best is None or len(cameras) < LEAST_VIEWS:
+    if best is None or len(cameras) < MIN_VIEWS:
         raise TooFewViews(
-            f"{len(cameras)} of {len(photographs)} photographs join to one model, and {LEAST_VIEWS} are needed: "
+            f"{len(cameras)} of {len(photographs)} photographs join to one model, and {MIN_VIEWS} are needed: "
             + "; ".join(f"{photographs[k].name}: {why.text}" for k, why in failed.items()),
             "photograph the page sharply from all round, each time in full and 20 to 40 degrees from the last",
         )
@@ -109,7 +108,10 @@ def reconstruct(photographs: Sequence[Photograph], progress: Progress) -> Sparse
 
 
 def _colmap() -> ModuleType:
-    """pycolmap, with the process's own handler of SIGTERM in force: its import puts one there that ends at once."""
+    """Import pycolmap and keep the process's own SIGTERM handler.
+
+    Its import installs one that ends the process at once.
+    """
     before = signal.getsignal(signal.SIGTERM)
     try:
         import pycolmap
@@ -126,7 +128,10 @@ def _colmap() -> ModuleType:
 def _mapped(
     colmap: ModuleType, folder: Path, greys: Sequence[Bytes], focal: float, progress: Progress
 ) -> tuple[Any, dict[int, int]]:
-    """The reconstruction with most views, or None, and the most matches that each photograph has with another."""
+    """Return the reconstruction with most views, or None.
+
+    Returns also the most matches that each photograph has with another.
+    """
     pictures, base = folder / "pictures", folder / "database.db"
     pictures.mkdir()
     for number, grey in enumerate(greys):
@@ -160,8 +165,10 @@ def _mapped(
 
 
 def _verify(colmap: ModuleType, base: Path) -> None:
-    """Keep the matches that agree with two cameras. By one thread: each has random samples of its own, and the result
-    would follow from which of them verified which pair."""
+    """Keep the matches that agree with two cameras.
+
+    By one thread: each has its own random samples, and the result would depend on which of them verified which pair.
+    """
     verification = colmap.GeometricVerifierOptions()
     verification.num_threads = 1
     colmap.geometric_verification(base, verifier_options=verification)
@@ -171,7 +178,7 @@ def _mapping(colmap: ModuleType) -> Any:
     options = colmap.IncrementalPipelineOptions()
     # By one thread: several add up the equations of an adjustment in any order.
     options.num_threads, options.multiple_models, options.extract_colors = 1, False, False
-    options.min_model_size, options.ba_refine_principal_point = LEAST_VIEWS, False
+    options.min_model_size, options.ba_refine_principal_point = MIN_VIEWS, False
     # The cameras are adjusted again over thousands of better tracks: here they need not settle to the last digit.
     options.ba_global_function_tolerance, options.ba_global_max_num_iterations = 1e-6, 30
     options.ba_local_max_num_iterations, options.ba_global_max_refinements = 15, 2
@@ -191,7 +198,10 @@ def _most_matches(colmap: ModuleType, base: Path) -> dict[int, int]:
 
 
 def _cameras(model: Any, size: tuple[int, int], ratio: float) -> dict[int, PhotoCamera]:
-    """The cameras of a reconstruction in the full size (w, h), by index of the photograph."""
+    """Return the cameras of a reconstruction in the full size (w, h).
+
+    By index of the photograph.
+    """
     cameras = {}
     for image in model.images.values():
         if not image.has_pose:
@@ -207,11 +217,14 @@ def _cameras(model: Any, size: tuple[int, int], ratio: float) -> dict[int, Photo
 
 
 def _points(model: Any, ratio: float) -> tuple[Floats, Floats]:
-    """The certain points (n, 3) of a reconstruction and their errors (n,) in pixels of the full size."""
+    """Return the reliable points (n, 3) of a reconstruction.
+
+    With their errors (n,) in pixels of the full size.
+    """
     kept = [
         (*point.xyz, point.error)
         for point in model.points3D.values()
-        if point.error < MOST_ERROR_PX and point.track.length() >= LEAST_TRACK
+        if point.error < MAX_ERROR_PX and point.track.length() >= MIN_TRACK
     ]
     table = np.array(kept).reshape(-1, 4)
     return table[:, :3], table[:, 3] / ratio
@@ -232,7 +245,7 @@ def _reasons(greys: Sequence[Bytes], matched: dict[int, int], joined: set[int]) 
             reasons[number] = f"it is blurred: its sharpest edges are {2 * edges.blur / max(grey.shape):.2%} of it wide"
         elif detail[number] < SHARP * usual:
             reasons[number] = "it is blurred, or was shaken"
-        elif matched.get(number, 0) < LEAST_MATCHES:
+        elif matched.get(number, 0) < MIN_MATCHES:
             reasons[number] = "it shows nothing that another photograph shows, too"
         elif not joined:
             reasons[number] = "it is taken from the same place as the others, or its print does not agree with theirs"
@@ -247,7 +260,7 @@ def _check_parallax(cameras: dict[int, PhotoCamera], points: Floats) -> None:
     ways = np.array([camera.position - middle for camera in cameras.values()])
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     widest = np.degrees(np.arccos(np.clip(ways @ ways.T, -1.0, 1.0).min()))
-    if len(points) == 0 or widest < LEAST_TURN_DEG:
+    if len(points) == 0 or widest < MIN_TURN_DEG:
         raise TooFewViews(
             f"the photographs are taken from places only {widest:.1f} degrees apart",
             "photograph the page from all round, 20 to 40 degrees from straight above",

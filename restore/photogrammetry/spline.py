@@ -1,8 +1,8 @@
-"""Bicubic splines with values in space: their values, and what points, bending and strain give to normal equations.
+"""Bicubic splines with values in space, and their normal equations.
 
-Coefficients (rows, cols, 3) are numbered along the shorter side, so that the band of the normal equations is narrow.
-Of the band, (count, width), the entry (i, j) of the matrix with i ≥ j stands at (j, i − j). Right sides are those of a
-step of the coefficients.
+Points, bending and strain contribute to the equations. Coefficients (rows, cols, 3) are numbered along the shorter
+side, so that the band of the normal equations is narrow. Of the band, (count, width), the entry (i, j) of the matrix
+with i ≥ j is at (j, i − j). Right sides are those of a step of the coefficients.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ DAMPING = 1e-12
 
 
 def numbering(rows: int, cols: int, *, along_rows: bool = False) -> tuple[int, int, int]:
-    """How far apart the numbers of coefficients of neighbouring rows and of neighbouring columns are; the band's width.
+    """Return the numbering steps of coefficients, and the band's width.
 
-    Each coefficient has three numbers from three times its own on. along_rows: whether they are numbered so, whichever
-    side is shorter.
+    The steps are between neighbouring rows and neighbouring columns. Each coefficient has three numbers from three
+    times its own on.
+    along_rows: whether they are numbered so, whichever side is shorter.
     """
     by_row, by_col = (cols, 1) if cols <= rows or along_rows else (1, rows)
     return by_row, by_col, 9 * max(by_row, by_col) + 12
@@ -31,7 +32,10 @@ def numbering(rows: int, cols: int, *, along_rows: bool = False) -> tuple[int, i
 
 @numba.njit(cache=True)
 def _basis(t: float, step: float, order: int, out: Floats) -> None:
-    """Write the four cubic B-splines at a share t of an interval, or their derivatives of an order."""
+    """Write the four cubic B-splines at a fraction t of an interval.
+
+    Or their derivatives of an order.
+    """
     if order == 0:
         out[0], out[1] = (1 - t) ** 3 / 6, (3 * t**3 - 6 * t**2 + 4) / 6
         out[2], out[3] = (-3 * t**3 + 3 * t**2 + 3 * t + 1) / 6, t**3 / 6
@@ -44,7 +48,10 @@ def _basis(t: float, step: float, order: int, out: Floats) -> None:
 
 @numba.njit(cache=True)
 def _cell(place: float, low: float, step: float, count: int) -> tuple[int, float]:
-    """The first of four coefficients that tell of a place, and its share of the interval."""
+    """Return the first of four coefficients that determine a place.
+
+    Returns also the place's fraction of the interval.
+    """
     scaled = (place - low) / step
     cell = min(max(int(np.floor(scaled)), 1), count - 3)
     return cell - 1, scaled - cell
@@ -52,7 +59,10 @@ def _cell(place: float, low: float, step: float, count: int) -> tuple[int, float
 
 @numba.njit(cache=True, nogil=True)
 def evaluate(places: Floats, low: Floats, step: float, coefficients: Floats, order: int) -> Floats:
-    """(n, k, 3) values at places (n, 2); up to first order their derivatives by u and v, up to second uu, uv and vv."""
+    """Return values at places (n, 2), and derivatives up to an order.
+
+    First order by u and v, second by uu, uv and vv. Returns (n, k, 3).
+    """
     orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
     count = 1 if order == 0 else (3 if order == 1 else 6)
     rows, cols, _ = coefficients.shape
@@ -79,7 +89,10 @@ def add_points(
     band: Floats, side: Floats, places: Floats, points: Floats, normals: Floats, weights: Floats, sliding: float,
     low: Floats, step: float, coefficients: Floats, by_row: int, by_col: int,
 ) -> None:  # fmt: skip
-    """Add points (n, 3) at places (n, 2): weights (n,) along normals (n, 3), `sliding` times as much across them."""
+    """Add points (n, 3) at places (n, 2) to the equations.
+
+    weights: (n,), along normals (n, 3), `sliding` times as much across them.
+    """
     rows, cols, _ = coefficients.shape
     across, down, form, off, pull = np.empty(4), np.empty(4), np.empty((3, 3)), np.empty(3), np.empty(3)
     factor, number = np.empty(16), np.empty(16, np.int64)
@@ -117,9 +130,11 @@ def add_strain(
     band: Floats, side: Floats, coefficients: Floats, step: float, stiffness: float, most: float, by_row: int,
     by_col: int,
 ) -> None:  # fmt: skip
-    """Add the strain in the middle of each cell: (|Su|² − 1)/2, (|Sv|² − 1)/2 and Su·Sv, which is twice the shear.
+    """Add the strain in the centre of each cell to the equations.
 
-    coefficients (rows, cols, 3). A cell resists half as much at a strain of `most`, and less beyond.
+    It is (|Su|² − 1)/2, (|Sv|² − 1)/2 and Su·Sv, which is twice the shear.
+    coefficients: (rows, cols, 3).
+    most: strain at which a cell resists half as much, and less beyond.
     """
     rows, cols, _ = coefficients.shape
     value, slope = np.empty(4), np.empty(4)
@@ -158,7 +173,11 @@ def add_strain(
 
 @numba.njit(cache=True)
 def _add_difference(band: Floats, side: Floats, values: Floats, at: Ints, kernel: Floats, weight: float) -> None:
-    """Add a weighted linear combination of coefficients numbered `at`, with values (k, 3), that is to be zero."""
+    """Add a weighted combination of coefficients that is to be zero.
+
+    at: numbers of the coefficients.
+    values: (k, 3), theirs.
+    """
     for d in range(3):
         total = (kernel * values[:, d]).sum()
         for a in range(len(at)):
@@ -172,12 +191,12 @@ def _add_difference(band: Floats, side: Floats, values: Floats, at: Ints, kernel
 def add_bending(
     band: Floats, side: Floats, coefficients: Floats, weight: float, along: float, by_row: int, by_col: int
 ) -> None:
-    """Add the squared third differences of the coefficients (rows, cols, 3).
+    """Add the squared third differences of coefficients (rows, cols, 3).
 
-    They are the change of curvature, times a step to the fourth, that of Duchon's splines of third order
-    (1977). What is prolonged keeps its curvature. With `along` above 1, for a sheet ruled along v and numbered along
-    rows, the differences that such a sheet does not have weigh so many times as much, and by u the fourth ones take
-    the place of the third: what is prolonged across the rulings goes on changing its curvature.
+    They are the change of curvature, times a step to the fourth, that of Duchon's splines of third order (1977). What
+    is prolonged keeps its curvature. With `along` above 1, for a sheet ruled along v and numbered along rows, the
+    differences that such a sheet does not have weigh `along` times as much, and by u the fourth ones take the place of
+    the third: what is prolonged across the rulings goes on changing its curvature.
     """
     rows, cols, _ = coefficients.shape
     third, mixed = np.array([1.0, -3.0, 3.0, -1.0]), np.array([1.0, -2.0, 1.0, -1.0, 2.0, -1.0])
@@ -208,10 +227,11 @@ def add_bending(
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def solve(band: Floats, side: Floats) -> None:
-    """Replace the right side (count,) by the solution, and the band (count, width) by its Cholesky factor.
+    """Replace the right side (count,) by the solution.
 
-    Four columns are eliminated at a time, so that the rest of the band is read and written a fourth as often. Compiled
-    here: LAPACK's threads wait for each other longer than a band of this width takes one of them.
+    And the band (count, width) by its Cholesky factor. Four columns are eliminated at a time, so that the rest of the
+    band is read and written a fourth as often. Compiled here: LAPACK's threads wait for each other longer than a band
+    of this width takes one of them.
     """
     count, width = band.shape
     for first in range(0, count, 4):
@@ -233,7 +253,10 @@ def solve(band: Floats, side: Floats) -> None:
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def _scale_column(band: Floats, side: Floats, j: int) -> None:
-    """Divide a column of the factor by the root of its pivot, and take it from the right side."""
+    """Scale a column of the factor by its pivot, and update the right side.
+
+    It is divided by the root of its pivot, and subtracted from the right side.
+    """
     count, width = band.shape
     # No exact pivot is less than the TINY_WEIGHT that is on the diagonal: what is less is rounding.
     band[j, 0] = max(band[j, 0], TINY_WEIGHT)
@@ -247,7 +270,7 @@ def _scale_column(band: Floats, side: Floats, j: int) -> None:
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
 def _eliminate_four(band: Floats, j: int) -> None:
-    """Take the products of four columns of the factor, from j on, from the columns after them."""
+    """Subtract the products of four columns, from j on, from later ones."""
     count, width = band.shape
     a, b, c, d = band[j], band[j + 1], band[j + 2], band[j + 3]
     for row in range(j + 4, min(j + width + 3, count)):

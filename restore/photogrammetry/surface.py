@@ -1,6 +1,6 @@
-"""A sheet of paper through points: a bicubic spline from the flat page to space.
+"""Sheet of paper through points: a bicubic spline to space.
 
-Position is a function of u and v, millimetres on the flat page, so that a side that stands upright is no steeper than
+Position is a function of u and v, millimetres on the flat page, so that a side that stands upright is not steeper than
 any other. The coefficients minimise the squared distances of the points along the normal, the change of curvature, and
 the strain: paper does not stretch, so where no point is near, the sheet prolongs the rulings that end there. It is
 solved by Gauss–Newton; the points' feet on the sheet follow from step to step. Points far off have Huber's weights:
@@ -23,7 +23,7 @@ from restore.photogrammetry.spline import BORDER, add_bending, add_points, add_s
 from restore.scan import Floats, Ints, Mask
 
 STEP_MM = 8.0  # of the knots: a wave of 90 mm and 38° lies within 5 µm of such a spline
-MOST_STEPS = 10  # of Gauss–Newton
+MAX_STEPS = 10  # of Gauss–Newton
 REACH_MM = 4.0  # by which a surface may be off at first
 REFINING_MM = 0.1  # between two stiffnesses
 SETTLED_MM = 1e-3  # largest move at a point
@@ -31,20 +31,23 @@ COMPARED_MM = 0.01  # the same between two stiffnesses: errors of 0.02 mm at mos
 FEET_STEPS = 3
 HUBER = 2.5  # standard deviations beyond which a point pulls no harder
 STRAIN_STIFFNESS = 8e3  # mm² for a cell of STEP_MM: strain of 2e-4 costs as much as a point that is 0.02 mm off
-MOST_STRAIN = 0.01  # of paper that may have creases
+MAX_STRAIN = 0.01  # of paper that may have creases
 SLIDING = 1e-3  # weight of a point along the sheet, against that along the normal: feet are free to slide
 STIFFNESSES = tuple(10.0**exponent for exponent in (5, 4, 3, 2, 1))  # mm⁴: tried, the stiffest first
-HELD_OUT = 0.1  # of the points tell which stiffness is best
+HELD_OUT = 0.1  # of the points determine which stiffness is best
 GAIN = 0.99  # of the error that a softer surface must leave at most, to be preferred
-LEAST_ON_SHEET = 0.5  # of the points
-LEAST_SIGMA_MM = 0.002  # of points: exact ones would all be outliers but a few
+MIN_ON_SHEET = 0.5  # of the points
+MIN_SIGMA_MM = 0.002  # of points: exact ones would all be outliers but a few
 SAMPLE_MM = 4.0  # of the places at which a sheet is resampled
 SEED = 5  # of what is held out
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Points in space over u and v: coefficients (rows, cols, 3) of cubic B-splines, from a knot low (2,) on."""
+    """Points in space over u and v.
+
+    coefficients: (rows, cols, 3), of cubic B-splines, from a knot low (2,) on.
+    """
 
     low: Floats
     step: float
@@ -52,7 +55,10 @@ class Surface:
 
     @classmethod
     def level(cls, low: Floats, high: Floats, height: float) -> Surface:
-        """The plane at a height, mm, over a rectangle from low (2,) to high (2,), where u and v are x and y."""
+        """Return the plane at a height, mm, over a rectangle.
+
+        From low (2,) to high (2,), where u and v are x and y.
+        """
         cols, rows = (np.ceil((np.asarray(high) - low) / STEP_MM).astype(int) + 1 + 2 * BORDER).tolist()
         first = np.asarray(low, float) - BORDER * STEP_MM
         x, y = np.meshgrid(first[0] + STEP_MM * np.arange(cols), first[1] + STEP_MM * np.arange(rows))
@@ -60,7 +66,10 @@ class Surface:
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
-        """The rectangle from low (2,) to high (2,) in u and v, mm, within which the spline has all its knots."""
+        """Return the rectangle in u and v with all knots, mm.
+
+        From low (2,) to high (2,).
+        """
         size = np.array(self.coefficients.shape[1::-1]) - 1 - 2 * BORDER
         low = self.low + BORDER * self.step
         return low, low + size * self.step
@@ -71,32 +80,38 @@ class Surface:
         return self
 
     def uncreased(self, places: Floats, half: float) -> Mask:  # noqa: ARG002 (as of a surface with creases)
-        """(n,) True: no square about places (n, 2) mm holds a crease."""
+        """Return (n,) True: no square about places (n, 2) mm holds a crease."""
         return np.ones(len(places), bool)
 
     def creased(self, places: Floats, faces: Ints) -> Floats:  # noqa: ARG002 (as of a surface with creases)
-        """(n, 3) mm: vertices at places (n, 2) mm of a mesh of faces (m, 3)."""
+        """Return mesh vertices (n, 3) mm at places (n, 2) mm.
+
+        faces: (m, 3).
+        """
         return self.points(places)
 
     def points(self, places: Floats) -> Floats:
-        """(n, 3) mm on the surface at places (n, 2) mm."""
+        """Return points (n, 3) mm on the surface at places (n, 2) mm."""
         return evaluate(np.ascontiguousarray(places, np.float64), self.low, self.step, self.coefficients, 0)[:, 0]
 
     def derivatives(self, places: Floats) -> Floats:
-        """(n, 6, 3) positions at places (n, 2) mm and their derivatives: by u, by v, by uu, uv and vv."""
+        """Return positions and derivatives (n, 6, 3) at places (n, 2) mm.
+
+        By u, by v, by uu, uv and vv.
+        """
         return evaluate(np.ascontiguousarray(places, np.float64), self.low, self.step, self.coefficients, 2)
 
     def normals(self, places: Floats) -> Floats:
-        """(n, 3) unit normals at places (n, 2) mm."""
+        """Return unit normals (n, 3) at places (n, 2) mm."""
         by = self.derivatives(places)
         normals = np.cross(by[:, 1], by[:, 2])
         return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
     def frames(self, places: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Points (n, 3) mm, tangents (n, 2, 3), normals (n, 3) and curvatures (n, 3) 1/mm along the tangents.
+        """Return points, tangents, normals and curvatures at places (n, 2) mm.
 
-        The curvatures are those along the first, mixed and along the second: about a point the surface is
-        p + a t1 + b t2 + (k11 a² + 2 k12 a b + k22 b²)/2 n.
+        They are (n, 3) mm, (n, 2, 3), (n, 3) and (n, 3) 1/mm. The curvatures are those along the first tangent, mixed
+        and along the second: about a point the surface is p + a t1 + b t2 + (k11 a² + 2 k12 a b + k22 b²)/2 n.
         """
         point, su, sv, suu, suv, svv = np.moveaxis(self.derivatives(places), 1, 0)
         normals = np.cross(su, sv)
@@ -113,7 +128,10 @@ class Surface:
         return point, np.stack([first, second], axis=1), normals, curvatures
 
     def feet(self, points: Floats, start: Floats) -> Floats:
-        """(n, 2) mm: places next to points (n, 3) mm, sought from places (n, 2) by Gauss–Newton."""
+        """Return places (n, 2) mm next to points (n, 3) mm, by Gauss–Newton.
+
+        start: (n, 2), places to search from.
+        """
         places = np.array(start, float)
         for _ in range(FEET_STEPS):
             by = self.derivatives(places)
@@ -125,13 +143,16 @@ class Surface:
         return places
 
     def nearest(self, points: Floats) -> Floats:
-        """(n, 2) mm: places next to points (n, 3) mm, wherever they are."""
+        """Return places (n, 2) mm next to points (n, 3) mm, wherever they are."""
         lattice = grid_places(*self.bounds, SAMPLE_MM)
         _, index = cKDTree(self.points(lattice)).query(points)
         return self.feet(points, lattice[index])
 
     def within(self, low: Floats, high: Floats) -> Surface:
-        """The surface over another rectangle from low (2,) to high (2,), prolonged without bending."""
+        """Return the surface over another rectangle, prolonged without bending.
+
+        From low (2,) to high (2,).
+        """
         here = self.bounds
         places = grid_places(np.maximum(low, here[0]), np.minimum(high, here[1]), SAMPLE_MM)
         return through_places(places, self.points(places), low, high)
@@ -143,13 +164,18 @@ class Surface:
 
 
 def grid_places(low: Floats, high: Floats, step: float) -> Floats:
-    """(n, 2) places on a square lattice from low (2,) to high (2,)."""
+    """Return places (n, 2) on a square lattice from low (2,) to high (2,)."""
     axes = [np.arange(start, end + step / 2, step) for start, end in zip(low, high, strict=True)]
     return np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
 
 
 def through_places(places: Floats, points: Floats, low: Floats, high: Floats) -> Surface:
-    """The surface that has points (n, 3) mm at places (n, 2) mm of the flat page, over a rectangle low to high (2,)."""
+    """Fit a surface to points at places of the flat page.
+
+    Over a rectangle low to high (2,).
+    places: (n, 2) mm.
+    points: (n, 3) mm.
+    """
     surface = Surface.level(low, high, 0.0)
     equations = _Equations(surface)
     equations.add_points(points, places, np.zeros_like(points), np.ones(len(points)), 1.0)
@@ -161,15 +187,15 @@ def through_places(places: Floats, points: Floats, low: Floats, high: Floats) ->
 class Paper:
     """How a sheet resists.
 
-    stiffness    against changes of its curvature, mm⁴.
-    along        times as much against those that a sheet ruled along v does not have; above 1, changes across the
-                 rulings go on evenly.
-    most_strain  at which a cell resists half as much: a crease that is rounded would strain the paper beside it.
+    stiffness: against changes of its curvature, mm⁴.
+    along: times as much against those that a sheet ruled along v does not have; above 1, changes across the rulings
+        continue evenly.
+    most_strain: at which a cell resists half as much: a crease that is rounded would strain the paper next to it.
     """
 
     stiffness: float
     along: float = 1.0
-    most_strain: float = MOST_STRAIN
+    most_strain: float = MAX_STRAIN
 
 
 def fit_surface(
@@ -181,11 +207,15 @@ def fit_surface(
     inextensible: bool = True,
     settled: float = SETTLED_MM,
 ) -> tuple[Surface, Floats]:
-    """The surface through points (n, 3) mm, of a stiffness in mm⁴, and their feet (n, 2); both begin near the truth.
+    """Fit a surface of a stiffness in mm⁴ through points.
 
+    Surface and feet begin near the solution.
+    points: (n, 3) mm.
+    feet: (n, 2) mm.
     inextensible: whether it resists strain. Before u and v are known, it has to stretch, and the feet stay where they
-    are: on a sheet that stretches as it likes they would run away from step to step.
+        are: on a sheet that stretches freely they would run away from step to step.
     settled: the largest move at a point, mm, at which it ends.
+    Returns the surface and the feet.
     """
     return fit_paper(points, feet, start, Paper(stiffness), inextensible=inextensible, settled=settled)
 
@@ -200,17 +230,20 @@ def fit_paper(
     reach: float = REACH_MM,
     settled: float = SETTLED_MM,
 ) -> tuple[Surface, Floats]:
-    """The surface of some paper through points (n, 3) mm, and their feet (n, 2) mm; both begin near the truth.
+    """Fit a surface of some paper through points.
 
-    reach: by how much the start may be off, mm. Points that the surface does not follow yet are no outliers: none is
-    less likely than one as far off as the surface moved in the last step.
+    Surface and feet begin near the solution. Points that the surface does not follow yet are not outliers: none is less
+    likely than one as far off as the surface moved in the last step.
+    points: (n, 3) mm.
+    feet: (n, 2) mm.
+    reach: by how much the start may be off, mm.
     settled: the largest move at a point, mm, at which it ends.
-    Raises SheetLost.
+    Returns the surface and the feet. Raises SheetLost.
     """
     surface, moving = start, reach
     distance = _distances(surface, points, feet)
-    for _ in range(MOST_STEPS):
-        sigma = max(robust_sigma(distance), moving, LEAST_SIGMA_MM)
+    for _ in range(MAX_STEPS):
+        sigma = max(robust_sigma(distance), moving, MIN_SIGMA_MM)
         weights = np.minimum(1.0, HUBER * sigma / np.maximum(np.abs(distance), TINY))
         equations = _Equations(surface, ruled=paper.along > 1.0)
         equations.add_points(points, feet, surface.normals(feet), weights, SLIDING if inextensible else 1.0)
@@ -229,14 +262,15 @@ def fit_paper(
 
 
 def _check_on_sheet(surface: Surface, feet: Floats) -> None:
-    """Raises SheetLost where most feet (n, 2) mm, or any without end, are beyond all knots of a surface.
+    """Raise SheetLost where most feet are beyond all knots of a surface.
 
-    Some of the points may be: what is prolonged ends anywhere.
+    Or any is without end. Some of the points may be: what is prolonged ends anywhere.
+    feet: (n, 2) mm.
     """
     low, high = surface.bounds
     beyond = BORDER * surface.step
     on_sheet = ((feet >= low - beyond) & (feet <= high + beyond)).all(axis=1)
-    if on_sheet.mean() < LEAST_ON_SHEET or not np.isfinite(feet).all():
+    if on_sheet.mean() < MIN_ON_SHEET or not np.isfinite(feet).all():
         raise _sheet_lost()
 
 
@@ -248,20 +282,28 @@ def _sheet_lost() -> SheetLost:
 
 
 def _distances(surface: Surface, points: Floats, feet: Floats) -> Floats:
-    """(n,) mm of points (n, 3) along the normals at their feet (n, 2)."""
+    """Return distances (n,) mm of points along the normals at their feet.
+
+    points: (n, 3).
+    feet: (n, 2).
+    """
     return np.asarray(((points - surface.points(feet)) * surface.normals(feet)).sum(axis=1))
 
 
 def choose_stiffness(points: Floats, feet: Floats, start: Surface) -> float:
-    """The stiffness, mm⁴, with which a surface through most of the points (n, 3) mm comes nearest to the others."""
+    """Choose the stiffness, mm⁴, by points held out.
+
+    A surface through most of the points (n, 3) mm comes nearest to the others with it.
+    """
     return choose_paper([(points, feet, start)], [Paper(stiffness) for stiffness in STIFFNESSES]).stiffness
 
 
 def choose_paper(parts: Sequence[tuple[Floats, Floats, Surface]], papers: Sequence[Paper]) -> Paper:
-    """The first of some papers with which surfaces through most of the points come nearest to the others.
+    """Choose the first of the best papers, by points held out.
 
-    Each part has points (n, 3) mm, their feet (n, 2) mm and a surface to start from. A paper with which the sheet is
-    lost is none of them.
+    Surfaces through most of the points come nearest to the others with it. A paper with which the sheet is lost is not
+    considered.
+    parts: each has points (n, 3) mm, their feet (n, 2) mm and a surface to start from.
     """
     rng = np.random.default_rng(SEED)
     split = [(part, rng.random(len(part[0])) < HELD_OUT) for part in parts]
@@ -301,7 +343,10 @@ class _Equations:
         add_points(self._band, self._side, places, points, normals, weights, sliding, *spline, *self._strides)
 
     def add_bending(self, weight: float, along: float = 1.0) -> None:
-        """Resistance to bending, `along` times as much to what a sheet ruled along v does not have."""
+        """Add resistance to bending to the equations.
+
+        `along` times as much to what a sheet ruled along v does not have.
+        """
         add_bending(self._band, self._side, self._surface.coefficients, weight, along, *self._strides)
 
     def add_strain(self, most: float) -> None:
@@ -311,7 +356,10 @@ class _Equations:
         add_strain(self._band, self._side, *sheet, *self._strides)
 
     def solved(self) -> Surface:
-        """The surface after the step. Raises SheetLost where it is torn so far that the equations overflow."""
+        """Return the surface after the step.
+
+        Raises SheetLost where it is torn so far that the equations overflow.
+        """
         try:
             solve(self._band, self._side)
         except ZeroDivisionError as error:

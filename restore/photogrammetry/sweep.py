@@ -1,8 +1,8 @@
-"""Heights of a surface at places where its picture is the same in all views that see it.
+"""Heights of a surface where its picture is the same in all views.
 
-Once the cameras are known, a small patch of the surface has one unknown, how far it lies out of it, where a tracked one
-has two in every view: a patch of a third of the area tells it, and one on a single edge, of light as well as of print.
-The height is that at which the pictures of all views are most alike (Collins, "A space-sweep approach to true
+Once the cameras are known, a small patch of the surface has one unknown, how far it is out of it, where a tracked one
+has two in every view: a patch of a third of the area determines it, and one on a single edge, of light as well as of
+print. The height is that at which the pictures of all views are most similar (Collins, "A space-sweep approach to true
 multi-image matching", CVPR 1996), free of gain and offset.
 """
 
@@ -19,17 +19,20 @@ from restore.scan import Floats
 HALF = 4  # samples from the middle of a patch to its edge
 SIDE = 2 * HALF + 1
 BAND = 200  # patches at a time
-LEAST_VIEWS = 3
-LEAST_SHARE = 0.5  # of the views that face a patch are to be alike
-LEAST_ALIKE = 0.5  # correlation of a view with the others: less has one that something hides
+MIN_VIEWS = 3
+MIN_SHARE = 0.5  # of the views that face a patch are to be alike
+MIN_ALIKE = 0.5  # correlation of a view with the others: less has one that something hides
 
 
 def sweep(
     greys: Picture, cameras: list[PhotoCamera], patches: Patches, spacing_mm: float, offsets: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Heights (n,) mm above patches, their standard deviations (n,) mm, and the likeness (n,) of the views there.
+    """Find heights above patches by trying offsets.
 
-    greys (v, h, w); offsets (k,) mm, evenly spaced, are tried. NaN where no height stands out.
+    greys: (v, h, w).
+    offsets: (k,) mm, evenly spaced.
+    Returns heights (n,) mm, their standard deviations (n,) mm, and the similarity (n,) of the views there; NaN where no
+    height stands out.
     """
     height, width = greys.shape[1:]
     rotations = np.stack([camera.rotation for camera in cameras])
@@ -47,7 +50,10 @@ def sweep(
 
 @numba.njit(cache=True)
 def _affine(turn: Floats, camera: Floats, point: Floats, tangents: Floats, normal: Floats, spacing: float) -> Floats:
-    """(4, 2): the pixel of a point, and how it moves by a sample along either tangent and by a mm out of the page."""
+    """Return the pixel of a point and how it moves, (4, 2).
+
+    By a sample along either tangent and by a mm out of the page.
+    """
     out = np.empty((4, 2))
     out[0] = _seen_at(turn, camera, point[0], point[1], point[2])
     for k in range(2):
@@ -62,7 +68,10 @@ def _affine(turn: Floats, camera: Floats, point: Floats, tangents: Floats, norma
 
 @numba.njit(cache=True)
 def _patch(grey: Picture, affine: Floats, offset: float, out: Floats) -> bool:
-    """Write a picture (SIDE, SIDE) of mean 0 and norm 1; False where it is not all in the photograph."""
+    """Write a picture (SIDE, SIDE) of mean 0 and norm 1.
+
+    Returns False where it is not all in the photograph.
+    """
     rows, cols = grey.shape
     x0, y0 = affine[0, 0] + offset * affine[3, 0], affine[0, 1] + offset * affine[3, 1]
     total = 0.0
@@ -107,7 +116,7 @@ def _sweep(
         best, facing = np.int64(0), used.sum()
         for turn in range(2):
             number = used.sum()
-            if number < LEAST_VIEWS:
+            if number < MIN_VIEWS:
                 break
             for k in range(steps):
                 total = np.zeros((SIDE, SIDE))
@@ -124,9 +133,9 @@ def _sweep(
                 norm = np.sqrt((total * total).sum())
                 for v in range(views):
                     if used[v]:
-                        used[v] = (total * pictures[best, v]).sum() > LEAST_ALIKE * norm
+                        used[v] = (total * pictures[best, v]).sum() > MIN_ALIKE * norm
         number = used.sum()
-        if number < max(LEAST_VIEWS, LEAST_SHARE * facing) or best == 0 or best == steps - 1:
+        if number < max(MIN_VIEWS, MIN_SHARE * facing) or best == 0 or best == steps - 1:
             continue
         before, top, after = scores[best - 1], scores[best], scores[best + 1]
         bend = 2.0 * top - before - after

@@ -25,14 +25,20 @@ STEPS = 8  # of a search: more have lost their way
 FARTHEST = 12.0  # samples that a patch may be shifted by
 SETTLED = 0.01  # samples
 FACING = 0.25  # cosine of 75°: flatter, a patch is too short to measure
-LEAST_VIEWS = 2  # a side that stands upright is seen by half of the cameras, or fewer
+MIN_VIEWS = 2  # a side that stands upright is seen by half of the cameras, or fewer
 
 Picture = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """Places on a surface: points (n, 3) mm, tangents (n, 2, 3), normals (n, 3), curvatures (n, 3) 1/mm."""
+    """Places on a surface.
+
+    points: (n, 3) mm.
+    tangents: (n, 2, 3).
+    normals: (n, 3).
+    curvatures: (n, 3) 1/mm.
+    """
 
     points: Floats
     tangents: Floats
@@ -54,15 +60,19 @@ class Tracked:
     sigma_mm: Floats
 
     def found(self, similarity: float, sigma_mm: float) -> Mask:
-        """(v, n) True for patches alike enough and certain enough, in LEAST_VIEWS views or more."""
+        """Return the patches (v, n) similar and certain enough.
+
+        In MIN_VIEWS views or more.
+        """
         good = (self.similarity > similarity) & (self.sigma_mm < sigma_mm)
-        return np.asarray(good & (good.sum(axis=0) >= LEAST_VIEWS))
+        return np.asarray(good & (good.sum(axis=0) >= MIN_VIEWS))
 
 
 def track(greys: Picture, cameras: list[PhotoCamera], patches: Patches, spacing_mm: float) -> Tracked:
-    """Find patches in photographs greys (v, h, w) by their cameras, sampled at a spacing on the surface.
+    """Find patches in photographs by their cameras.
 
-    The greys may be smaller copies of what the cameras took: all pixels are those of the cameras.
+    greys: (v, h, w), may be smaller copies of what the cameras took: all pixels are those of the cameras.
+    spacing_mm: of samples on the surface.
     """
     height, width = greys.shape[1:]
     rotations = np.stack([camera.rotation for camera in cameras])
@@ -147,7 +157,10 @@ def _sample(
 
 @numba.njit(cache=True)
 def _slopes(template: Floats, spacing: float, slopes: Floats) -> tuple[float, float, float, float, float]:
-    """Write the gradient of a template inside its rim; returns its mean, contrast, and structure tensor xx, xy, yy."""
+    """Write the gradient of a template inside its rim.
+
+    Returns its mean, contrast, and structure tensor xx, xy, yy.
+    """
     side = 2 * HALF + 1
     total, xx, xy, yy = 0.0, 0.0, 0.0, 0.0
     for i in range(1, side - 1):
@@ -171,7 +184,10 @@ def _search(
     camera: Floats, point: Floats, tangents: Floats, normal: Floats, bend: Floats, spacing: float, shift: Floats,
     buffer: Floats,
 ) -> tuple[float, float]:  # fmt: skip
-    """Move a shift (2,) mm until a view is like the template; returns correlation and standard deviation, mm."""
+    """Move a shift (2,) mm until a view is like the template.
+
+    Returns correlation and standard deviation, mm.
+    """
     mean, contrast, xx, xy, yy = facts
     determinant = xx * yy - xy * xy
     least = 0.5 * (xx + yy) - np.sqrt(max(0.25 * (xx - yy) ** 2 + xy * xy, 0.0))
@@ -249,7 +265,7 @@ def _track(
                 elif turn < PASSES - 1:
                     total += (buffer - buffer.mean()) / (buffer.std() + 1e-9)
                     used += 1
-            if turn < PASSES - 1 and used >= LEAST_VIEWS:
+            if turn < PASSES - 1 and used >= MIN_VIEWS:
                 template[:] = total / used
         for v in range(views):
             if similarity[v, i] > 0.0:

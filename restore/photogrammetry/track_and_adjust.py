@@ -1,4 +1,7 @@
-"""One round: patches of a surface found again in all views, cameras and points adjusted to them."""
+"""One round: patches found again in all views, and an adjustment.
+
+Cameras and points are adjusted to them.
+"""
 
 from __future__ import annotations
 
@@ -22,12 +25,12 @@ from restore.scan import Floats
 COARSE_SIDE = 1600  # pixels of a copy in which patches are as wide as the first surfaces are off, and more
 FINE_SIDE = 2400  # pixels of a copy: finer ones of phones gain nothing, and cost memory
 EDGE_CLEAR_MM = 1.0  # of the middle of a patch from the edge of the page, beyond half its side
-LEAST_PATCHES = 50  # found again: a quarter of the points on a page of few features
-LEAST_SIMILAR = 0.75  # correlation of a patch: text on the page to a shadow's edge has less
-MOST_SIGMA_PX = 0.5  # standard deviation of a shift on the surface, in pixels of the copy
-LEAST_SIGMA_PX = 0.02  # of the same: less is not to be had of interpolated pixels
+MIN_PATCHES = 50  # found again: a quarter of the points on a page of few features
+MIN_SIMILAR = 0.75  # correlation of a patch: text on the page to a shadow's edge has less
+MAX_SIGMA_PX = 0.5  # standard deviation of a shift on the surface, in pixels of the copy
+MIN_SIGMA_PX = 0.02  # of the same: less is not to be had of interpolated pixels
 OUTLIER_SIGMAS = 3.0  # reprojection error of a point, over that of most, beyond which it is left out
-CREASED_SPACING = 0.7  # of that on smooth pages: a piece is as large as its points tell, up to its creases
+CREASED_SPACING = 0.7  # of that on smooth pages: a piece ends with its points, not at its creases
 GROWTH_MM = 12.0  # beyond the area that is known: so far the surface is prolonged well enough to be found again
 
 AnySurface = TypeVar("AnySurface", bound=PageSurface)
@@ -76,16 +79,16 @@ def play_round(
     places = places[surface.uncreased(places, HALF * sample)]
     patches = Patches(*surface.frames(places))
     tracked = track(greys, model.cameras, patches, sample)
-    found = tracked.found(LEAST_SIMILAR, MOST_SIGMA_PX * pixel)
+    found = tracked.found(MIN_SIMILAR, MAX_SIGMA_PX * pixel)
     check_found(found, within(model.cameras, patches.points), model.views)
     used = np.flatnonzero(found.any(axis=0))
-    if len(used) < LEAST_PATCHES:
+    if len(used) < MIN_PATCHES:
         raise NoPage(
             f"print is found again in the other photographs at {len(used)} places of the page only",
             "do not move the page between the photographs, and photograph it sharply; a blank page cannot be done",
         )
     view, at = np.nonzero(found[:, used])
-    sigma = shrunk * np.maximum(tracked.sigma_mm[view, used[at]] / pixel, LEAST_SIGMA_PX)
+    sigma = shrunk * np.maximum(tracked.sigma_mm[view, used[at]] / pixel, MIN_SIGMA_PX)
     tracks = Tracks(view, at, tracked.pixels[view, used[at]], sigma)
     with_card = model.with_markers(patches.points[used], tracks)
     adjusted = adjust(model.cameras, *with_card, settled=SETTLED if plan in LAST else ROUGHLY)

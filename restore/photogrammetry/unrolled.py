@@ -15,7 +15,10 @@ STEP_MM = 8.0  # of the lattice that is flattened: a thousand points, whose flat
 
 
 def unrolled(surface: Surface, area: PageArea, margin: float) -> Surface:
-    """A surface over x and y as one over the flat page, which lies as the page does; with a margin, mm."""
+    """Return a surface over x and y as one over the flat page.
+
+    It lies as the page does, with a margin, mm.
+    """
     low, high = area.bounds
     x, y = (np.arange(start, end + STEP_MM, STEP_MM) for start, end in zip(low - STEP_MM, high, strict=True))
     places = np.stack(np.meshgrid(x, y[::-1]), axis=-1).reshape(-1, 2)

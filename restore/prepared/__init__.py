@@ -1,1 +1,4 @@
-"""A scan prepared for flattening: one surface, its coarse and fine meshes, and their flat positions."""
+"""A scan prepared for flattening.
+
+One surface, its coarse and fine meshes, and their flat positions.
+"""

@@ -1,4 +1,7 @@
-"""A page on a range grid: a coarse mesh of it is flattened, and refined to a fine one for the picture."""
+"""A page on a range grid.
+
+A coarse mesh of it is flattened, and refined to a fine one for the picture.
+"""
 
 from __future__ import annotations
 
@@ -21,6 +24,7 @@ from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_pictu
 from restore.prepared.refine import interpolate_flat_positions, refine, subdivide
 from restore.range_image.facets.normals import facet_normals
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
+from restore.runtime.threads import in_picture_bands
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh
 from restore.settings import Settings
 from restore.texture.coverage import CoverageClass
@@ -53,12 +57,18 @@ class FacetSheet(Prepared):
     rotate_deg: float = field(default=0.0, kw_only=True)
 
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
-        """The flat page: decimated, flattened by the lengths of the facets, refined and made straight."""
+        """Return the flat page.
+
+        Decimated, flattened by the lengths of the facets, refined and made straight.
+        """
         unrolled = unroll(self.sheet, settings, clock, on_step)
         return rotated(unrolled if self.is_one_shot else upright_as_textured(unrolled), self.rotate_deg)
 
     def on_own_grid(self, rays: Rays, mask: Mask) -> Mask:
-        """(rows, cols) of the sheet's grid: a mask (rows, cols) on the grid of rays that it was cut out of."""
+        """Return a mask on the sheet's grid, (rows, cols).
+
+        mask: (rows, cols), on the grid of rays that it was cut out of.
+        """
         down, right = ((self.sheet.rays.y0 - rays.y0) / rays.dy, (self.sheet.rays.x0 - rays.x0) / rays.dx)
         rows, cols = (
             np.arange(size) + round(first) for size, first in zip(self.sheet.inside.shape, (down, right), strict=True)
@@ -83,7 +93,11 @@ class FacetSheet(Prepared):
         return tuple(Finding.of(name, share) for name, share in shares.items() if share > BORDERS[name])
 
     def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
-        """(h, w, 3) of the nearest facet: those that meet at a crease must not be mixed. axes: (3, 3)."""
+        """Return the normal (h, w, 3) of the nearest facet.
+
+        Those that meet at a crease must not be mixed.
+        axes: (3, 3).
+        """
         rows, cols = self.sheet.rays.grid(fine.vertices)
         at = np.ascontiguousarray(page_map(fine.flat, fine.faces, np.column_stack([cols, rows]), dpi))
         nearest = cv2.remap(facet_normals(self.sheet), at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
@@ -92,25 +106,35 @@ class FacetSheet(Prepared):
         return normals
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """(h, w) MEASURED or INTERPOLATED as the samples are, OUTSIDE in holes that show the table."""
+        """Return MEASURED or INTERPOLATED as the samples are, (h, w).
+
+        OUTSIDE in holes that show the table.
+        """
         grid_xy = np.stack(self.sheet.rays.grid(fine.vertices), axis=1)[:, ::-1]
-        at = rasterise_on_page(fine, grid_xy, page.shape, dpi)
-        samples = self.sheet.measured.astype(np.uint8)
-        measured = cv2.remap(samples, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
-        kinds = np.where(
-            page, np.where(measured > 0, CoverageClass.MEASURED, CoverageClass.INTERPOLATED), CoverageClass.OUTSIDE
-        ).astype(np.uint8)
-        if self.sheet.holes is not None and self.sheet.holes.any():
-            kinds[cv2.remap(self.sheet.holes.astype(np.float32), at, None, cv2.INTER_LINEAR) > HALF] = (
-                CoverageClass.OUTSIDE
-            )
-        if self.erased is not None:
-            erased = cv2.remap(self.erased.astype(np.float32), at, None, cv2.INTER_LINEAR) > HALF
-            kinds[erased & (kinds != CoverageClass.OUTSIDE)] = CoverageClass.ERASED
+        samples = np.where(self.sheet.measured, CoverageClass.MEASURED, CoverageClass.INTERPOLATED).astype(np.uint8)
+        has_holes = self.sheet.holes is not None and self.sheet.holes.any()
+        holes = np.asarray(self.sheet.holes, np.float32) if has_holes else None
+        erased = None if self.erased is None else self.erased.astype(np.float32)
+        kinds = np.empty(page.shape, np.uint8)
+
+        def find(rows: slice) -> None:
+            at, band = rasterise_on_page(fine, grid_xy, page.shape, dpi, rows), kinds[rows]
+            band[:] = cv2.remap(samples, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+            band *= page[rows]  # OUTSIDE is 0
+            if holes is not None:
+                band[cv2.remap(holes, at, None, cv2.INTER_LINEAR) > HALF] = CoverageClass.OUTSIDE
+            if erased is not None:
+                gone = cv2.remap(erased, at, None, cv2.INTER_LINEAR) > HALF
+                band[gone & (band != CoverageClass.OUTSIDE)] = CoverageClass.ERASED
+
+        in_picture_bands(find, *page.shape[:2])
         return kinds
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
-        """(3,) mm: the lens of the scanner; for the virtual view of a mesh that of its own picture."""
+        """Return the lens of the scanner, (3,) mm.
+
+        For the virtual view of a mesh that of its own picture.
+        """
         origin = self.sheet.rays.origin
         return viewpoint(fine) if origin.any() else origin
 
@@ -142,10 +166,11 @@ def unroll(
     *,
     given: Callable[[PageOnGrid], Mapping[Side, Line]] = no_sides,
 ) -> Unrolled:
-    """Flatten a prepared sheet with about `settings.points` points; clock(stage) times the stages.
+    """Flatten a prepared sheet with about `settings.points` points.
 
-    given: the sides of the flat page that are known already. Beyond MAX_SOLVED_POINTS points the flat positions are
-    interpolated.
+    Beyond MAX_SOLVED_POINTS points the flat positions are interpolated.
+    clock: clock(stage) times the stages.
+    given: the sides of the flat page that are known already.
     """
     requested = settings.points or int(sheet.inside.sum())
     with clock("decimate"):
@@ -167,7 +192,10 @@ def unroll(
 
 
 def decimate_sheet(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
-    """A mesh of about so many points of the sheet, and their grid positions (n, 2)."""
+    """Return a mesh of about `points` points of the sheet.
+
+    Returns also their grid positions (n, 2).
+    """
     samples = int(sheet.inside.sum())
     strides = [stride for stride, nodes in STRIDES.items() if samples >= nodes * points * stride**2]
     nodes, faces = lattice(sheet.inside, max(strides, default=1))
@@ -181,14 +209,20 @@ def decimate_sheet(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
 
 
 def _on_sheet(sheet: Sheet, solved: FlatMesh, page: PageOnGrid) -> FlatMesh:
-    """The page with its surface, measured on the sheet; solved: the flat mesh that it was made of."""
+    """Return the page with its surface, measured on the sheet.
+
+    solved: the flat mesh that it was made of.
+    """
     nodes, lengths = page.nodes, sheet.lengths(page.nodes, page.topology.edges)
     points, texcoords = sheet.points(nodes), sheet.texcoords(nodes)
     return replace(solved, vertices=points, faces=page.faces, texcoords=texcoords, flat=page.flat, lengths=lengths)
 
 
 def _interpolated(sheet: Sheet, page: PageOnGrid, mesh: SurfaceMesh, nodes: Floats, solved: FlatMesh) -> FlatMesh:
-    """A mesh at grid positions nodes (n, 2) flattened by interpolation of the page, which was solved."""
+    """Flatten a mesh by interpolation of a solved page.
+
+    nodes: (n, 2), grid positions of the mesh.
+    """
     edges = Topology(mesh.faces).edges
     flat = interpolate_flat_positions(sheet.inside.shape, page.nodes, page.faces, page.flat, nodes)
     lengths = sheet.lengths(nodes, edges)

@@ -1,4 +1,7 @@
-"""Flatten a mesh of any size: a large one is looked at as a scanner would, which takes its noise out."""
+"""Flattens a mesh of any size.
+
+A large one is resampled as a scanner would see it, which removes its noise.
+"""
 
 from __future__ import annotations
 
@@ -41,15 +44,16 @@ CLEAN = 0.002  # of the mean edge: noise that no scanner is without
 def flatten(
     mesh: SurfaceMesh, method: str = "isometric", *, lengths: Floats | None = None, on_step: OnStep | None = None
 ) -> FlatMesh:
-    """Unroll a mesh into the plane, every edge as near to its length on the surface as can be.
+    """Flatten a mesh, with its edges near their lengths on the surface.
 
-    The vertices of a piece of less than MIN_VERTICES all settle together; those of a larger one settle on few points,
-    and its noise is taken out. lengths (e,) mm are the rest lengths of the edges in the order of `Topology.edges`;
-    when None, those along the surface that the vertices sample. Each connected piece stays where the scan had it,
-    unless it would lie over another. Faces that run the wrong way round are turned. An ordered grid keeps its order.
-    on_step(step, positions (n, 3) mm, faces (m, 3)) is called after each time step.
-    Raises BadInput for an unknown method, a broken mesh or lengths that are not one for each edge, NotEnoughSurface for
-    a mesh without area or without a border.
+    The vertices of a piece of less than MIN_VERTICES are all solved together; those of a larger one are solved on few
+    points, and its noise is removed. Each connected piece stays where the scan had it, unless it would overlap another.
+    Faces of the wrong orientation are reversed. An ordered grid keeps its order.
+    lengths: (e,) mm, rest lengths of the edges in the order of `Topology.edges`; None for those along the surface that
+        the vertices sample.
+    on_step: called as on_step(step, positions (n, 3) mm, faces (m, 3)) after each time step.
+    Raises BadInput for an unknown method, a damaged mesh or lengths that are not one for each edge, NotEnoughSurface
+    for a mesh without area or without a border.
 
     A square of 10 mm that stands upright:
 
@@ -87,7 +91,10 @@ def flatten(
 
 
 def _in_order(page: FlatMesh, grid: GridMesh) -> FlatMesh:
-    """The page of a grid, each piece turned so that columns run to the right and rows down, and over if mirrored."""
+    """Return the page of a grid, each piece in the grid's orientation.
+
+    Columns run to the right and rows down; a mirrored piece is flipped.
+    """
     (along, _), (down, _) = typical_links(points_on_grid(grid))
     rows, cols = np.divmod(grid.places, grid.shape[1])
     wanted, flat = np.stack([along * cols, -down * rows], axis=1), page.flat.copy()
@@ -141,6 +148,9 @@ def _over_points(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> Flat
 
 
 def _clean(mesh: SurfaceMesh, edges: Ints, lengths: Floats) -> bool:
-    """Whether the vertices of a mesh are where its surface is; lengths (e,) mm of its edges (e, 2)."""
+    """Return whether the vertices of a mesh are where its surface is.
+
+    edges: (e, 2), of lengths (e,) mm.
+    """
     noise = estimate_noise_sigma(mesh.vertices, rings_of(mesh.vertices, mesh.faces, edges))
     return bool(noise < CLEAN * lengths.mean())

@@ -1,7 +1,8 @@
-"""One leaf of an opened book: the samples on its side of the spine, with a strip of the facing page next to it.
+"""One leaf of an opened book, with a strip of the facing page.
 
-The leaf is flattened alone, because two leaves are two developable sheets and not one. The strip is attached to its
-side at the spine afterwards, so that its fold has no part in the shape of the leaf.
+It has the samples on its side of the spine. The leaf is flattened alone, because two leaves are two developable sheets
+and not one. The strip is attached to its side at the spine afterwards, so that its fold has no part in the shape of the
+leaf.
 """
 
 from __future__ import annotations
@@ -82,7 +83,10 @@ class LeafSheet(FacetSheet):
         return replace(page, fine=self._extended(fine, strip, flat, beyond), nodes=np.concatenate([nodes, beyond]))
 
     def _extended(self, fine: FlatMesh, strip: Ints, flat: Floats, nodes: Floats) -> FlatMesh:
-        """The flat mesh with faces (k, 3) of a strip, whose further vertices are at flat (n, 2) mm, nodes (n, 2)."""
+        """Return the flat mesh with the faces (k, 3) of a strip.
+
+        flat, nodes: (n, 2) mm and (n, 2), of the strip's further vertices.
+        """
         assert fine.texcoords is not None
         faces, flat = np.concatenate([fine.faces, strip]), np.concatenate([fine.flat, flat])
         edges = Topology(faces).edges
@@ -98,7 +102,10 @@ class LeafSheet(FacetSheet):
         )
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """(h, w) as for any sheet, FACING on the strip of the facing page."""
+        """Return the coverage (h, w) as for any sheet.
+
+        FACING on the strip of the facing page.
+        """
         kinds = super().kinds_on(fine, page, dpi)
         rows, cols = self.sheet.rays.grid(fine.vertices)
         at = rasterise_on_page(fine, np.column_stack([cols, rows]), page.shape, dpi)
@@ -109,19 +116,28 @@ class LeafSheet(FacetSheet):
 
 
 def _border(faces: Ints) -> Ints:
-    """(k, 2): the sides of faces (m, 3) that no other face has, in the direction in which their face runs."""
+    """Return the sides (k, 2) of faces (m, 3) that no other face has.
+
+    In the direction in which their face runs.
+    """
     sides = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     count = int(faces.max()) + 1
     return np.asarray(sides[~np.isin(_keys(sides, count), _keys(sides[:, ::-1], count))])
 
 
 def _keys(edges: Ints, count: int) -> Ints:
-    """(e,): a number for each edge (e, 2) between so many vertices, ascending where the edges are."""
+    """Return a number (e,) for each edge (e, 2) between `count` vertices.
+
+    The numbers ascend where the edges do.
+    """
     return np.asarray(edges[:, 0] * count + edges[:, 1])
 
 
 def leaf_of(whole: FacetSheet, rays: Rays, spine: LeafSpine, side: Part) -> LeafSheet:
-    """The leaf of a prepared sheet. spine: on the grid of rays from which the sheet was cut out."""
+    """Return the leaf of a prepared sheet.
+
+    spine: on the grid of rays from which the sheet was cut out.
+    """
     sheet = whole.sheet
     down, right = (sheet.rays.y0 - rays.y0) / rays.dy, (sheet.rays.x0 - rays.x0) / rays.dx
     rows = np.clip(np.arange(sheet.inside.shape[0]) + round(down), 0, len(spine.cols) - 1)

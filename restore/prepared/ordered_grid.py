@@ -14,12 +14,15 @@ from restore.prepared.flatten import flatten
 from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture, squaring
 from restore.settings import Settings
 
-MAX_GRID_POINTS = 250_000  # of an ordered grid: ten times its nodes tell their strain, and more make exports large
+MAX_GRID_POINTS = 250_000  # of an ordered grid: ten times its nodes determine their strain, and more make exports large
 
 
 @dataclass(frozen=True, eq=False)
 class OrderedGrid(Prepared):
-    """A page whose order is known: all points tell its shape. Its picture was drawn over the grid, by no camera."""
+    """Page with an order that is known: all points determine its shape.
+
+    Its picture was drawn over the grid, by no camera.
+    """
 
     grid: GridMesh
 
@@ -40,7 +43,10 @@ class OrderedGrid(Prepared):
 
 
 def unroll_grid(mesh: GridMesh, points: int) -> Unrolled:
-    """The page of an ordered grid, flattened by all of its points: its fine mesh has up to MAX_GRID_POINTS of them."""
+    """Flatten an ordered grid by all of its points.
+
+    Its fine mesh has up to MAX_GRID_POINTS of them.
+    """
     coarse, fine = flatten_grid(mesh, points, MAX_GRID_POINTS)
     turn, centre = squaring(fine)
     coarse, fine = (replace(page, flat=(page.flat - centre) @ turn.T + centre) for page in (coarse, fine))

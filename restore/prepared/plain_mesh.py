@@ -1,4 +1,7 @@
-"""A page as a triangle mesh: one that no single view shows, or that is coarse; and one interpolated from points."""
+"""A page as a triangle mesh.
+
+No single view shows it, or it is coarse, or it is interpolated from points.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ from restore.texture.page import PageMap, Painting, rasterise_on_page
 
 @dataclass(frozen=True, eq=False)
 class PlainMesh(Prepared):
-    """A page whose shape its vertices tell."""
+    """Page with its shape given by its vertices."""
 
     mesh: SurfaceMesh
     is_one_shot: bool = False
@@ -59,15 +62,21 @@ class InterpolatedPage(Prepared):
         return self.page.findings
 
     def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
-        """(h, w, 3) as of its mesh; axes: (3, 3)."""
+        """Return the normals (h, w, 3) of its mesh.
+
+        axes: (3, 3).
+        """
         return self.page.normals_on(fine, dpi, axes)
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
-        """(3,) mm, as of its mesh."""
+        """Return the camera centre (3,) mm of its mesh."""
         return self.page.camera_centre(fine)
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """(h, w) as of its mesh, and INTERPOLATED farther from all measured points than `reach_mm`."""
+        """Return the coverage (h, w) of its mesh.
+
+        INTERPOLATED farther from all measured points than `reach_mm`.
+        """
         kinds = self.page.kinds_on(fine, page, dpi)
         distance = distance_to(self.scan.measured, fine.vertices)
         near = rasterise_on_page(fine, distance[:, None], page.shape, dpi)[..., 0] <= self.scan.reach_mm

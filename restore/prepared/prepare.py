@@ -1,4 +1,7 @@
-"""Prepare a raw scan: one surface without outliers, holes or noise, its creases kept sharp."""
+"""Prepares a raw scan for flattening.
+
+One surface without outliers, holes or noise, its creases kept sharp.
+"""
 
 from __future__ import annotations
 
@@ -32,16 +35,20 @@ from restore.scan_check import refuse_unusable
 
 
 def prepare(scan: RangeScan | SurfaceMesh | ScannedSheet) -> Prepared:
-    """The page of a scan: on its range grid, as a mesh where no single view shows all of it, or as an ordered grid.
+    """Prepare the page of a scan.
 
-    Raises NotEnoughSurface when the scan holds no piece of surface that could be a page, BadInput for a broken one.
+    On its range grid, as a mesh where no single view shows all of it, or as an ordered grid. Raises NotEnoughSurface
+    when no piece of surface in the scan could be a page, BadInput for a damaged scan.
     """
     kind = next(kind for kind in type(scan).__mro__ if kind in PREPARERS)
     return PREPARERS[kind](scan)
 
 
 def of_range_image(scan: RangeScan) -> Prepared:
-    """The largest sheet in a scanner's picture; a mesh where its samples are on no lines of sight."""
+    """Prepare the largest sheet in a scanner's picture.
+
+    As a mesh where its samples are on no lines of sight.
+    """
     refuse_unusable(scan)
     check_size(scan)
     rays = find_rays(scan)
@@ -52,7 +59,10 @@ def of_range_image(scan: RangeScan) -> Prepared:
 
 
 def of_segmented(segmented: SegmentedScan) -> FacetSheet:
-    """The sheet of a scanner's own picture, with the holes through it, and how much of its border may go on unseen."""
+    """Prepare the sheet of a scanner's own picture.
+
+    With the holes through it, and how much of its border may continue unseen.
+    """
     check_size(segmented.scan)
     sheet = fit_sheet(segmented)
     holes = holes_to_table(sheet, segmented)
@@ -61,7 +71,10 @@ def of_segmented(segmented: SegmentedScan) -> FacetSheet:
 
 
 def of_sheet(sheet: SeparateSheet) -> Prepared:
-    """A sheet of a scan; what was found of it in its range image need not be looked for again."""
+    """Prepare a sheet of a scan.
+
+    What was found of it in its range image need not be looked for again.
+    """
     if sheet.prepared is not None:
         return sheet.prepared
     if sheet.segmented is None:
@@ -75,7 +88,10 @@ def of_sheet(sheet: SeparateSheet) -> Prepared:
 
 
 def of_mesh(scan: SurfaceMesh) -> FacetSheet | PlainMesh:
-    """A mesh, without its table, as one view shows it; a mesh still where none shows all of it, or it is coarse."""
+    """Prepare a mesh, without its table, as one view shows it.
+
+    It stays a mesh where no view shows all of it, or it is coarse.
+    """
     refuse_unusable(scan)
     mesh = _checked(scan)
     if scan.texcoords is not None and map_runs_back(scan.faces, scan.texcoords):
@@ -92,7 +108,10 @@ def of_mesh(scan: SurfaceMesh) -> FacetSheet | PlainMesh:
 
 
 def of_view(view: SegmentedScan) -> FacetSheet:
-    """The sheet of a view of a mesh, whose points are without a scanner's noise and end where the mesh was cut."""
+    """Prepare the sheet of a view of a mesh.
+
+    Its points are without a scanner's noise and end where the mesh was cut.
+    """
     return FacetSheet(fit_sheet(view, precision=MESH_PRECISION, cut_out=True))
 
 

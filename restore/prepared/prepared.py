@@ -1,4 +1,7 @@
-"""A prepared page: what any kind of scan becomes before it is flattened, and the flat page that comes of it."""
+"""A prepared page, before it is flattened, and the flat page.
+
+Any kind of scan becomes one.
+"""
 
 from __future__ import annotations
 
@@ -44,16 +47,21 @@ class Unrolled:
 
 
 class Prepared(ABC):
-    """A page ready to be flattened. Each kind of scan has its own; the defaults are those of a plain mesh.
+    """Page ready to be flattened.
 
-    is_one_shot  whether it comes from one picture of a scanner, which the page may leave; a mesh may have an atlas.
+    Each kind of scan has its own; the defaults are those of a plain mesh.
+    is_one_shot: whether it comes from one picture of a scanner, which the page may leave; a mesh may have an atlas.
     """
 
     is_one_shot: bool = False
 
     @abstractmethod
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
-        """The flat page with about `settings.points` points, all of them for 0; clock(stage) times the stages."""
+        """Return the flat page with about `settings.points` points.
+
+        All of them for 0.
+        clock: clock(stage) times the stages.
+        """
 
     @property
     def facts(self) -> Mapping[str, Any]:
@@ -66,24 +74,39 @@ class Prepared(ABC):
         return ()
 
     def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
-        """(h, w, 3) unit normals on the printed side of a flat page, in the frame of rows `axes` (3, 3); NaN off it."""
+        """Return unit normals (h, w, 3) on the printed side of a flat page.
+
+        In the frame of rows `axes` (3, 3); NaN off the page.
+        """
         normals = page_map(fine.flat, fine.faces, vertex_normals(fine.vertices, fine.faces) @ axes.T, dpi)
         return normals / np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), SINGLE_TINY)
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:  # noqa: ARG002 - others need both
-        """(h, w) how the shape of a flat page (h, w) is known: MEASURED, INTERPOLATED, or OUTSIDE in holes."""
+        """Return how the shape of a flat page is known, (h, w).
+
+        MEASURED, INTERPOLATED, or OUTSIDE in holes.
+        """
         return np.where(page, CoverageClass.MEASURED, CoverageClass.OUTSIDE).astype(np.uint8)
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
-        """The centre (3,) mm of the camera that took the texture; None where it is not one camera's picture."""
+        """Return the centre (3,) mm of the camera that took the texture.
+
+        None where it is not one camera's picture.
+        """
         return viewpoint(fine)
 
     def cut_by_samples(self) -> float:
-        """The fraction of the border of the surface beyond which it may go on, where there is no picture to tell."""
+        """Return the fraction of the border beyond which the page may continue.
+
+        Where no picture decides it.
+        """
         return 0.0
 
     def findings_on(self, painting: Painting, coverage: Coverage, dpi: float) -> list[Finding]:
-        """What is to be reported of a painted page: where it ends, and where its shape is not measured."""
+        """Return the findings about a textured page.
+
+        Where it ends, and where its shape is not measured.
+        """
         filled = filled_findings(coverage.seen, dpi)
         if not self.is_one_shot or painting.page_source is not None:
             return filled
@@ -91,16 +114,19 @@ class Prepared(ABC):
 
 
 def square_to_picture(flat: FlatMesh) -> FlatMesh:
-    """The flat mesh rotated about its centroid so that the sides of a rectangular page are parallel to the axes."""
+    """Rotate the flat mesh so that its sides are parallel to the axes.
+
+    About its centroid, for a rectangular page.
+    """
     turn, centre = squaring(flat)
     return replace(flat, flat=(flat.flat - centre) @ turn.T + centre)
 
 
 def upright_as_textured(unrolled: Unrolled) -> Unrolled:
-    """The flat page turned to where its image is upright, by right angles for a rectangular page.
+    """Rotate the flat page to where its image is upright.
 
-    An image of one chart shows the page upright, and so do charts that were packed as they lie on it; of an atlas whose
-    charts are turned every way the page stays as it is.
+    By right angles for a rectangular page. An image of one chart shows the page upright, and so do charts that were
+    packed as they lie on it; of an atlas with charts in every rotation the page stays as it is.
     """
     fine = unrolled.fine
     if fine.texcoords is None or fine.texture is None or "oversampling" in fine.provenance:
@@ -121,6 +147,9 @@ def upright_as_textured(unrolled: Unrolled) -> Unrolled:
 
 
 def squaring(flat: FlatMesh) -> tuple[Floats, Floats]:
-    """The rotation (2, 2) that makes the sides of a rectangular page parallel to the axes, and its centre (2,) mm."""
+    """Return the rotation (2, 2) that aligns a rectangular page.
+
+    Its sides become parallel to the axes. Returns also its centre (2,) mm.
+    """
     area = float(signed_areas(flat.flat, flat.faces).sum())
     return squaring_rotation(flat.flat[flat.topology.border], area), flat.flat.mean(axis=0)

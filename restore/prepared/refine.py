@@ -1,11 +1,10 @@
-"""Refine the flattening of a coarse mesh to a lattice over the whole range grid.
+"""Refines the flattening of a coarse mesh to a lattice over the grid.
 
 Between the vertices of the coarse mesh the sheet still bends. A fine lattice gets its initial flat positions by
 interpolation from the coarse mesh and is relaxed until its edges have the lengths that they have on the surface.
-
 The picture is mapped linearly within a face. On a steep side a cell of the lattice covers many millimetres of the page,
-and their scale changes within it. There edges are split at their middles on the page. Where those lie in the picture
-the normals at both ends tell, which noise turns far less than it moves points along a flat line of sight.
+and their scale changes within it. There edges are split at their midpoints on the page. The normals at both ends
+determine where those are in the picture: noise turns them far less than it moves points along a flat line of sight.
 """
 
 from __future__ import annotations
@@ -31,14 +30,16 @@ SLOPE_STRIDE = 8  # lines of the grid: the mean slope of a page needs no more
 STRIDE = 4  # samples: 15,000 nodes for a page that fills the picture; half of it changes no corner by 0.01 mm
 NONLINEAR_MM = 0.02  # a quarter of a pixel at 300 dpi: less is not seen
 # of an edge: no surface that bends evenly moves the middle farther within a few samples; a crease does
-MOST_APART = 0.05
+MAX_APART = 0.05
 SPLITS = 2  # of splitting: the halves of a cell of four samples are as wide as one then
 
 
 def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Floats]:
-    """The flat mesh of a lattice over the whole sheet, and the grid positions (k, 2) of its vertices.
+    """Return the flat mesh of a lattice over the whole sheet.
 
-    Its initial positions are those of a coarse mesh, whose vertices have grid positions nodes (n, 2).
+    Its initial positions are those of a coarse mesh.
+    nodes: (n, 2), grid positions of the coarse mesh's vertices.
+    Returns also the grid positions (k, 2) of its vertices.
     """
     fine_nodes, faces = lattice(sheet.inside, STRIDE)
     topology, vertices = Topology(faces), sheet.points(fine_nodes)
@@ -62,10 +63,13 @@ def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Flo
 def interpolate_flat_positions(
     shape: tuple[int, int], nodes: Floats, faces: Ints, flat: Floats, queries: Floats
 ) -> Floats:
-    """(k, 2) mm: flat positions at grid positions queries (k, 2), interpolated over a flattened mesh.
+    """Interpolate flat positions over a flattened mesh.
 
-    The mesh has faces (m, 3) and flat (n, 2) mm at grid positions nodes (n, 2) of a grid of a shape (rows, cols).
     Beyond its border the positions are extrapolated.
+    shape: (rows, cols), of the grid.
+    nodes, faces, flat: (n, 2) grid positions, (m, 3) and (n, 2) mm, of the mesh.
+    queries: (k, 2), grid positions.
+    Returns (k, 2) mm.
     """
     field = rasterise(np.ascontiguousarray(nodes[:, ::-1]), faces, flat, *shape).astype(np.float64)
     known = np.isfinite(field[..., 0])
@@ -75,7 +79,10 @@ def interpolate_flat_positions(
 
 
 def _neighbours(queries: Floats, shape: tuple[int, int]) -> Mask:
-    """(rows, cols) True at the four samples round each grid position (k, 2)."""
+    """Return the four samples round each grid position (k, 2).
+
+    Returns (rows, cols) bool.
+    """
     mask = np.zeros(shape, bool)
     row, col = np.floor(queries).astype(int).T
     for i in (row, row + 1):
@@ -85,7 +92,10 @@ def _neighbours(queries: Floats, shape: tuple[int, int]) -> Mask:
 
 
 def _extrapolated(field: Floats, known: Mask, wanted: Mask) -> Floats:
-    """(k, 2): the field (rows, cols, 2) at wanted samples that are not known, by point reflection at the border."""
+    """Extrapolate a field by point reflection at the border.
+
+    field: (rows, cols, 2). Returns (k, 2) at wanted samples that are not known.
+    """
     position = np.array(np.nonzero(wanted))
     nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)[:, wanted]
     mirrored = 2 * nearest - position  # as far inside the border as the unknown sample lies outside
@@ -109,8 +119,8 @@ def subdivide(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
         start, end = sides.edges.T
         middles = _middles(sheet, normals, nodes, sides.edges)
         apart = np.hypot(*(middles - 0.5 * (nodes[start] + nodes[end])).T)
-        off = apart / straight_lengths(nodes, sides.edges)  # share of an edge
-        split = (off * straight_lengths(flat, sides.edges) > NONLINEAR_MM) & (off < MOST_APART)
+        off = apart / straight_lengths(nodes, sides.edges)  # fraction of an edge
+        split = (off * straight_lengths(flat, sides.edges) > NONLINEAR_MM) & (off < MAX_APART)
         if not split.any():
             break
         faces = _split_faces(faces, sides.edge.reshape(-1, 3), split, len(nodes))
@@ -121,9 +131,10 @@ def subdivide(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
 
 
 def _middles(sheet: Sheet, normals: NDArray[np.float32], nodes: Floats, edges: Ints) -> Floats:
-    """(e, 2) grid positions of the middles of cubics (Hermite) over edges (e, 2), tangent to the facets at both ends.
+    """Return the grid positions (e, 2) of the midpoints of edges.
 
-    normals (rows, cols, 3) are those of the facets.
+    Of cubics (Hermite) over edges (e, 2), tangent to the facets at both ends.
+    normals: (rows, cols, 3), of the facets.
     """
     points = sheet.points(nodes)
     normal = np.stack([map_coordinates(normals[..., k], nodes.T, order=1, mode="nearest") for k in range(3)], axis=1)
@@ -136,9 +147,12 @@ def _middles(sheet: Sheet, normals: NDArray[np.float32], nodes: Floats, edges: I
 
 
 def _split_faces(faces: Ints, edge: Ints, split: Mask, count: int) -> Ints:
-    """Faces (k, 3) from faces (m, 3) whose sides are edges (m, 3), those split (e,) at new vertices from count on.
+    """Split faces at new vertices on their edges.
 
     Side k of a face runs from corner k to the next. The new vertices have the order of the split edges.
+    faces, edge: (m, 3), the edges being those of the sides.
+    split: (e,), edges to split; the new vertices are numbered from count on.
+    Returns (k, 3).
     """
     number = np.where(split, count - 1 + np.cumsum(split), -1)[edge]
     broken = split[edge]

@@ -67,23 +67,31 @@ class SeparateSheet(ScannedSheet):
 
     @cached_property
     def is_rectangular(self) -> bool:
-        """Whether the sheet, laid flat, is a rectangle: a whole page, not a fragment of a torn one."""
+        """Return whether the flat sheet is a rectangle.
+
+        It is a whole page, then, not a fragment of a torn one.
+        """
         if isinstance(self.scan, SurfaceMesh):
             return _is_rectangular(self.scan)
         alone = self.scan if self.segmented is None else _without(self.scan, [~self.segmented.samples])
         return bool(alone.measured.any()) and _is_rectangular(triangulate(alone))
 
+    @property
+    def area(self) -> Mask | None:
+        """Return the sheet in a range image (rows, cols), None where not known."""
+        return None if self.segmented is None or self.of_mesh else self.segmented.inside
+
 
 @checks_types
 def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
-    """The sheets of a scan, left to right as the scanner saw them; one, the scan itself, where it holds one.
+    """Return the sheets of a scan, left to right as the scanner saw them.
 
-    A segment of a CT volume is one sheet: what its order joins is one, also over gaps.
-
+    One, the scan itself, where it holds one. A segment of a CT volume is one sheet: what its order joins is one, also
+    over gaps.
     Connected pieces nearer to each other than MAX_GAP samples or edges are of one sheet: drop-outs part it so. So are
     those between which a range image has only lost samples, as many as `find_pieces` goes on over. Two that are the
-    leaves of a book whose gutter gave no range are named `left` and `right` by their `part`.
-    Raises NotEnoughSurface when there is no surface, BadInput for a broken mesh.
+    leaves of a book with a gutter that gave no range are named `left` and `right` by their `part`. Raises
+    NotEnoughSurface when the scan has no surface, BadInput for a damaged mesh.
 
     >>> rows, cols = np.indices((11, 11)).astype(float)
     >>> points = np.dstack([10.0 * cols, 10.0 * rows, np.zeros((11, 11))]).reshape(-1, 3)
@@ -175,6 +183,6 @@ def _near_boxes(borders: list[cKDTree], reach: float) -> Iterator[tuple[int, int
 
 
 def _border(vertices: Floats, faces: Ints) -> cKDTree:
-    """The border vertices of faces (m, 3), all of them where there is no border."""
+    """Return the border vertices of faces (m, 3), or all without a border."""
     border = Topology(faces).border
     return cKDTree(vertices[border if len(border) else np.unique(faces)])

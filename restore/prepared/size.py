@@ -16,7 +16,10 @@ FAR = 10.0  # of its size from the origin, and farther than any scanner sees: co
 
 
 def check_size(scan: RangeScan | SurfaceMesh) -> None:
-    """Raise BadInput for a size that no page has, unless the unit was given, and for a surface far from its origin."""
+    """Raise BadInput for a size that no page has.
+
+    Unless the unit was given; and for a surface far from its origin.
+    """
     if isinstance(scan, RangeScan):
         points = scan.points[scan.measured]
     else:
@@ -42,7 +45,11 @@ def check_size(scan: RangeScan | SurfaceMesh) -> None:
 
 
 def _other_units(size: float, unit: str) -> str:
-    """The remedy for a surface of size mm that was read in a unit: the units that would make a page of it."""
+    """Return the hint for a surface read in the wrong unit.
+
+    It names the units that would make a page of it.
+    size: mm, as read in `unit`.
+    """
     sizes = {name: size * factor / UNIT_MM.get(unit, 1.0) for name, factor in UNIT_MM.items()}
     pages = [f"{name} ({_metric(mm)})" for name, mm in sizes.items() if MIN_PAGE_MM <= mm <= MAX_PAGE_MM]
     which = f", which can be {', '.join(pages)}" if pages else ""

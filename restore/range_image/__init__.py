@@ -1,1 +1,1 @@
-"""Range images: the segmentation of the sheet, its denoised surface, its border and its holes."""
+"""Range images: segmentation, denoised surface, border and holes."""

@@ -1,9 +1,9 @@
-"""How much of a sheet's border the scanner may have lost: on dark or glossy paper, or where it is turned away.
+"""How much of a sheet's border the scanner may have lost.
 
-Between a sheet and its table samples are missing where the sheet keeps the laser off. Such a shadow ends on a ray of
-the laser, so from the sheet's border to the table beyond it the depth changes by more than the shadow is wide. Where a
-gap is wider than the step beside it is deep, it is none: the paper there is so dark or glossy that the scanner measured
-nothing.
+That is on dark or glossy paper, or where it is turned away. Between a sheet and its table samples are missing where the
+sheet keeps the laser off. Such a shadow ends on a ray of the laser, so from the sheet's border to the table beyond it
+the depth changes by more than the shadow is wide. A gap that is wider than the step next to it is deep is not a shadow:
+the paper there is so dark or glossy that the scanner measured nothing.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from restore.range_image.segmentation.segment import SegmentedScan
 from restore.scan import Floats, Mask
 
 MIN_GAP = 4  # samples: of 30 % lost at random, four in a row are lost at one place in a hundred
-MEASURED_TABLE = 0.5  # of the picture beside the sheet: a table that gives no range itself tells nothing of paper
+MEASURED_TABLE = 0.5  # of the image outside the sheet: a table that gives no range itself says nothing of the paper
 STEEPEST = np.cos(np.radians(70.0))  # of the line of sight to the paper: a third of the light, a third of the samples
 
 
 def lost_border(segmented: SegmentedScan) -> float:
-    """The share of the sheet's border, 0 to 1, from which to the table nothing was measured and no shadow explains it.
+    """Return the fraction of the border lost without a shadow, 0 to 1.
 
-    0 where the table was not measured.
+    From there to the table nothing was measured, and no shadow explains it. 0 where the table was not measured.
     """
     depth, measured, inside = -segmented.scan.points[..., 2], segmented.scan.measured, segmented.inside
     beyond = measured[~inside]
@@ -39,7 +39,10 @@ def lost_border(segmented: SegmentedScan) -> float:
 
 
 def turned_border(sheet: Sheet) -> float:
-    """The share of a sheet's border, 0 to 1, where it is turned by more than 70° from the line of sight."""
+    """Return the fraction of a border that is turned away, 0 to 1.
+
+    The sheet is turned by more than 70° from the line of sight there.
+    """
     rows, cols = np.nonzero(sheet.inside & ~binary_erosion(sheet.inside))
     sight = sheet.points(np.stack([rows, cols], axis=1).astype(float)) - sheet.rays.origin
     towards = -(sheet.normals()[rows, cols] * sight).sum(axis=1)
@@ -47,7 +50,10 @@ def turned_border(sheet: Sheet) -> float:
 
 
 def _steep_gaps(depth: Floats, measured: Mask, step: float) -> Mask:
-    """(rows, cols) True in gaps of a row over which depth changes by `step`·depth a sample, or more."""
+    """Return where depth changes steeply across gaps of a row.
+
+    By `step`·depth a sample, or more. Returns (rows, cols) bool.
+    """
     last, following = gaps_of_rows(measured)
     before, behind = depth.ravel()[last], depth.ravel()[following]
     steep = np.abs(behind - before) >= step * (following - last) * before
@@ -57,7 +63,10 @@ def _steep_gaps(depth: Floats, measured: Mask, step: float) -> Mask:
 
 
 def _gaps_beside(measured: Mask, inside: Mask, shadow: Mask) -> int:
-    """How many gaps of a row, MIN_GAP samples or more and none in a shadow, lead from the sheet to what lies beyond."""
+    """Count the gaps of a row that lead from the sheet to what lies beyond.
+
+    They are MIN_GAP samples or wider and not in a shadow.
+    """
     last, following = gaps_of_rows(measured)
     leads = (following - last > MIN_GAP) & (inside.ravel()[last] != inside.ravel()[following])
     shadowed = np.cumsum(shadow)  # samples, up to each

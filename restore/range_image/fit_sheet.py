@@ -1,4 +1,7 @@
-"""Fit the sheet of a segmented range image: its part of the picture, its facets, its texture positions."""
+"""Fits the sheet of a segmented range image.
+
+Its part of the image, its facets, its texture positions.
+"""
 
 from __future__ import annotations
 
@@ -17,15 +20,15 @@ from restore.scan import Floats, RangeScan
 
 EXTRAPOLATION_BLUR = 3.0  # samples: Gaussian σ, wider than a drop-out
 MARGIN = 4  # samples: one cell of the lattices
-MESH_PRECISION = 2e-5  # of the depth: error of the linear interpolation between the vertices of a mesh, beside creases
+MESH_PRECISION = 2e-5  # of the depth: error of linear interpolation between the vertices of a mesh, next to creases
 AFFINE_SUBSET = 7  # every seventh sample determines three unknowns well enough
 
 
 def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION, cut_out: bool = False) -> Sheet:
-    """The sheet of a segmented scan, smoothed and with its holes filled.
+    """Fit the sheet of a segmented scan, smooth and with filled holes.
 
-    precision is the least standard deviation of the noise that is assumed, as a share of the depth; cut_out as in
-    Sheet.
+    precision: fraction of the depth, the least standard deviation of the noise that is assumed.
+    cut_out: as in Sheet.
     """
     page = _around_page(segmented)
     inverse_depth = np.where(page.samples, -1.0 / np.where(page.samples, page.scan.points[..., 2], -1.0), np.nan)
@@ -36,9 +39,10 @@ def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION, cut_out
 
 
 def _around_page(segmented: SegmentedScan) -> SegmentedScan:
-    """What lies round the sheet, MARGIN samples to every side: at the border of its grid it ends half a sample out.
+    """Return the scan around the sheet, MARGIN samples to every side.
 
-    The rest of the scan has no part in the page, and would take as long.
+    At the border of its grid the sheet ends half a sample out. The rest of the scan has no part in the page, and would
+    take as long.
     """
     scan, rays, inside = segmented.scan, segmented.rays, segmented.inside
     spans = [np.flatnonzero(inside.any(axis=1 - axis))[[0, -1]] + (-MARGIN, MARGIN + 1) for axis in (0, 1)]
@@ -58,7 +62,10 @@ def _around_page(segmented: SegmentedScan) -> SegmentedScan:
 
 
 def _laser_signal(scan: RangeScan) -> Floats | None:
-    """(rows, cols) red channel at each sample, the colour of the laser, or None for a scan without colour."""
+    """Return the red channel (rows, cols) at each sample.
+
+    Red is the colour of the laser. Returns None for a scan without colour.
+    """
     if scan.texture is None:
         return None
     positions = np.nan_to_num(scan.texture_xy, nan=-1.0).astype(np.float32)
@@ -69,7 +76,10 @@ def _laser_signal(scan: RangeScan) -> Floats | None:
 
 
 def _texture_positions(scan: RangeScan) -> Floats:
-    """(rows, cols, 2) texture position, pixels, of every sample, extrapolated where not measured."""
+    """Return the texture positions (rows, cols, 2) of every sample, pixels.
+
+    Extrapolated where not measured.
+    """
     known = np.asarray(np.isfinite(scan.texture_xy).all(axis=2))
     row, col = (axis[::AFFINE_SUBSET] for axis in np.nonzero(known))
     design = np.column_stack([np.ones(len(row)), row, col])

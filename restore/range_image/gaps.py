@@ -8,9 +8,10 @@ from restore.scan import Ints, Mask
 
 
 def gaps_of_rows(measured: Mask) -> tuple[Ints, Ints]:
-    """The last sample (g,) before each gap in a row of a mask (rows, cols), and the first (g,) behind it.
+    """Return the samples before and behind each gap in the rows of a mask.
 
-    Both are indices into the flattened mask.
+    measured: (rows, cols). Returns the last sample (g,) before each gap and the first (g,) behind it, as indices into
+        the flattened mask.
     """
     samples = np.flatnonzero(measured)
     gap = np.flatnonzero(np.diff(samples) > 1)

@@ -1,4 +1,7 @@
-"""The two leaves of an opened book, found as two sheets because its gutter gave no range."""
+"""The two leaves of an opened book whose gutter gave no range.
+
+They are found as two sheets.
+"""
 
 from __future__ import annotations
 
@@ -34,10 +37,12 @@ class HiddenGutter(NamedTuple):
 
 
 def find_hidden_gutter(sheets: Sequence[SegmentedScan]) -> HiddenGutter | None:
-    """Return the gutter between two sheets that are the leaves of one opened book, None where no two are.
+    """Return the gutter between two sheets that are leaves of one book.
 
-    sheets: of one scan, left to right. Two are the sides of a gutter when they are neighbours in the image, of like
-    height, with their heads at one place along the gap, and near each other. The largest two are taken.
+    Two are the sides of a gutter when they are neighbours in the image, of similar height, with their heads at one
+    place along the gap, and near each other. The largest two are taken.
+    sheets: of one scan, left to right.
+    Returns None where no two qualify.
     """
     found = [gutter for right in range(1, len(sheets)) if (gutter := _gutter(sheets, right - 1, right)) is not None]
     return max(found, key=lambda gutter: _size(sheets[gutter.left]) + _size(sheets[gutter.right]), default=None)
@@ -68,13 +73,19 @@ def _gutter(sheets: Sequence[SegmentedScan], left: int, right: int) -> HiddenGut
 
 
 def _facing_cols(left: Mask, right: Mask) -> Ints:
-    """(2, rows): columns of the last sample of a sheet (rows, cols) and of the first of the next; −1 without one."""
+    """Return the columns that face each other over a gap, (2, rows).
+
+    The last sample of a sheet (rows, cols) and the first of the next; −1 without one.
+    """
     last, first = left.shape[1] - 1 - np.argmax(left[:, ::-1], axis=1), np.argmax(right, axis=1)
     return np.where([left.any(axis=1), right.any(axis=1)], [last, first], -1)
 
 
 def _along_line(edge: Floats, known: Mask) -> Floats:
-    """The edge (rows, 3) mm, NaN where it is not known or runs round a corner, away from the line of most rows."""
+    """Return the edge (rows, 3) mm along its line, NaN elsewhere.
+
+    It is NaN where unknown or round a corner, away from the line of most rows.
+    """
     row = np.flatnonzero(known)
     if len(row) < MIN_COMMON_ROWS:
         return np.full_like(edge, np.nan)
@@ -84,6 +95,9 @@ def _along_line(edge: Floats, known: Mask) -> Floats:
 
 
 def _ends(edge: Floats) -> tuple[Floats, Floats]:
-    """(3,) mm each: the first and the last known point of an edge (rows, 3)."""
+    """Return the first and the last known point of an edge (rows, 3).
+
+    Both are (3,) mm.
+    """
     known = np.flatnonzero(np.isfinite(edge[:, 0]))
     return edge[known[0]], edge[known[-1]]

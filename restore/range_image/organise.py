@@ -24,18 +24,18 @@ FOCAL_TOLERANCE = 0.03
 IMAGE_SIZE = (TEXTURE_COLS, TEXTURE_ROWS)
 ASPECT_TOLERANCE = 0.01
 
-MIN_LINES = 4  # rows and columns; less is no grid
+MIN_LINES = 4  # rows and columns of a grid
 MAX_LINES = 2048  # beyond the largest range cameras of the scanner's family (1280 × 1024)
 MIN_DEPTH_MM = 1.0  # in front of the lens
 # In pitches. Two decimals scatter samples by 0.02 at the shortest distance, an export of the scanner's own software by
 # 0.06; a mesh that is on no lattice scatters by 0.29 (uniform).
 MAX_SCATTER = 0.1
 SAME_PLACE_MM = 0.02  # corners that an export wrote more than once, rounded to 0.01 mm
-# Share of samples that have a right and a lower neighbour: holes and a jagged outline cost a tenth; on half of the
-# true pitch there are none, after decimation hardly any.
+# Fraction of samples that have a right and a lower neighbour: holes and a jagged outline cost a tenth; on half of the
+# true pitch hardly a sample has them after decimation.
 MIN_NEIGHBOURS = 0.6
-MAX_SHARED_CELLS = 0.01  # share of vertices in a cell that another vertex has taken
-MIN_SHORT_EDGES = 0.9  # share of edges between neighbouring cells
+MAX_SHARED_CELLS = 0.01  # fraction of vertices in a cell that another vertex has taken
+MIN_SHORT_EDGES = 0.9  # fraction of edges between neighbouring cells
 # Colour and range come from one camera: texture coordinates are an affine function of the grid to within the
 # registration of the two exposures.
 MAX_TEXTURE_SCATTER_PX = 2.0
@@ -51,13 +51,16 @@ class Lines:
     pitch: float
 
     def number(self, tangents: Floats) -> Floats:
-        """(n,) line numbers of tangents (n,), with fractions."""
+        """Return the line numbers (n,) of tangents (n,), with fractions."""
         return (tangents - self.first) / self.pitch
 
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """The grid of a mesh: its lines, the cell (row, col) of each vertex (n, 2), the vertex of each cell or −1."""
+    """Grid of a mesh.
+
+    It holds its lines, the cell (row, col) of each vertex (n, 2), and the vertex of each cell or −1.
+    """
 
     rows: Lines
     columns: Lines
@@ -66,23 +69,24 @@ class Lattice:
 
     @property
     def occupied(self) -> Mask:
-        """(rows, cols) True where a cell has a vertex."""
+        """Return which cells have a vertex, (rows, cols) bool."""
         return self.vertex_at >= 0
 
     @property
     def positions(self) -> Floats:
-        """(rows, cols, 2) of every cell: column and row."""
+        """Return column and row of every cell, (rows, cols, 2)."""
         rows, cols = self.vertex_at.shape
         return np.stack(np.meshgrid(np.arange(cols), np.arange(rows)), axis=-1).astype(float)
 
 
 def organise(mesh: SurfaceMesh, *, colours: Bytes | None = None) -> RangeScan | None:
-    """The range grid that a mesh was made from, or None when its vertices are not the samples of one shot.
+    """Return the range grid that a mesh was made from.
 
-    A surface that is the mirror image of its picture is mirrored, with a finding.
-    Texture positions come from the mesh's texture coordinates; without them from the camera: the picture is taken
-    through the same lens, whose focal length follows from the pitch. A picture that no lens fits is left out. `colours`
-    (n, 3) uint8 RGB, one a vertex, give a picture of the size of the grid when the mesh has none.
+    A surface that is the mirror image of its picture is mirrored, with a finding. Texture positions come from the
+    mesh's texture coordinates; without them from the camera: the picture is taken through the same lens, whose focal
+    length follows from the pitch. A picture that no lens fits is left out.
+    colours: (n, 3) uint8 RGB, one a vertex; they give a picture of the size of the grid when the mesh has none.
+    Returns None when the vertices are not the samples of one capture.
     """
     lattice = _find_lattice(mesh.vertices)
     if lattice is None or not _is_grid(lattice.occupied) or not _joins_neighbours(lattice.cells, mesh.faces):
@@ -117,7 +121,10 @@ def _find_lattice(vertices: Floats) -> Lattice | None:
 
 
 def _find_lines(tangents: Floats) -> Lines | None:
-    """The lines on which one coordinate (n,) of all vertices lies, the first one numbered 0, or None."""
+    """Return the lines on which one coordinate (n,) of all vertices lies.
+
+    The first one is numbered 0. Returns None without lines.
+    """
     low, span = float(tangents.min()), float(np.ptp(tangents))
     if span <= 0:
         return None
@@ -159,7 +166,10 @@ def _fit_lines(tangents: Floats, lines: Lines) -> Lines | None:
 
 
 def _assign_vertices(vertices: Floats, cells: Ints) -> Ints | None:
-    """(rows, cols) number of the vertex in each cell, −1 for none; None when too many share a cell."""
+    """Return the vertex in each cell, (rows, cols), −1 for empty ones.
+
+    Returns None when too many fall into one cell.
+    """
     shape = cells.max(axis=0) + 1
     flat = cells[:, 0] * shape[1] + cells[:, 1]
     occupied_cells, first, inverse = np.unique(flat, return_index=True, return_inverse=True)
@@ -202,21 +212,28 @@ def _mirrored(mesh: SurfaceMesh) -> SurfaceMesh:
 
 
 def _affine(texcoords: Floats, lattice: Lattice) -> Floats:
-    """(3, 2) pixels: how texture coordinates (n, 2) change per column and per row of the grid, and their mean."""
+    """Fit texture coordinates (n, 2) per column and row of the grid.
+
+    Returns (3, 2) pixels: the two changes, and the mean.
+    """
     design = _design(lattice)
     return np.asarray(np.linalg.solve(design @ design.T, design @ texcoords), np.float64)
 
 
 def _design(lattice: Lattice) -> Floats:
-    """(3, n) columns and rows of the vertices, centred for a well-conditioned fit, and ones."""
+    """Return the design matrix (3, n) of an affine fit over the grid.
+
+    Columns and rows of the vertices, centred for a well-conditioned fit, and ones.
+    """
     rows, cols = lattice.cells.T.astype(np.float64)
     return np.stack([cols - cols.mean(), rows - rows.mean(), np.ones_like(cols)])
 
 
 def _texture_positions(texcoords: Floats, lattice: Lattice) -> Floats | None:
-    """(rows, cols, 2) texture coordinates: the mesh's own where it has a vertex, their affine extrapolation elsewhere.
+    """Return the texture coordinates (rows, cols, 2) of the cells.
 
-    None when they are not affine in the grid: the picture is not the camera's view.
+    The mesh's own where a cell has a vertex, their affine extrapolation elsewhere. None when they are not affine in the
+    grid: the picture is not the camera's view.
     """
     affine = _affine(texcoords, lattice)
     scatter = np.sqrt(np.mean((affine.T @ _design(lattice) - texcoords.T) ** 2))
@@ -231,7 +248,10 @@ def _texture_positions(texcoords: Floats, lattice: Lattice) -> Floats | None:
 
 
 def _picture_from_colours(colours: Bytes, lattice: Lattice) -> Bytes:
-    """(rows, cols, 3) picture with one pixel for each cell; empty cells have the colour of the nearest vertex."""
+    """Return a picture (rows, cols, 3) with one pixel for each cell.
+
+    Empty cells have the colour of the nearest vertex.
+    """
     nearest = distance_transform_edt(~lattice.occupied, return_distances=False, return_indices=True)
     return colours[lattice.vertex_at[tuple(nearest)]]
 
@@ -239,7 +259,10 @@ def _picture_from_colours(colours: Bytes, lattice: Lattice) -> Bytes:
 def _camera_positions(
     picture: Bytes | None, lattice: Lattice, lens: tuple[str, int] | None
 ) -> tuple[Bytes | None, Floats]:
-    """The picture and the positions (rows, cols, 2) of the cells in it; no picture when it does not fit the lens."""
+    """Return the picture and the positions of the cells in it.
+
+    The positions are (rows, cols, 2); the picture is None when it does not fit the lens.
+    """
     width, height = IMAGE_SIZE if picture is None else picture.shape[1::-1]
     same_view = abs(width * IMAGE_SIZE[1] / (height * IMAGE_SIZE[0]) - 1.0) < ASPECT_TOLERANCE
     if lens is None or not same_view:

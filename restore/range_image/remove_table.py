@@ -21,24 +21,27 @@ from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 STEEP = 1.0  # slope from the table, 45°: a face with a vertex in its plane that is steeper bridges the step
 HANGS = 0.25  # of the height of its highest vertex: the lowest of a face that hangs from the page to the table
 MIN_BRIDGES = 0.3  # of the faces between page and table: all but where the page touches it; none within a page
-LEAST_VIEW = 4 * BORDER_BAND  # samples a side: the border where a table is looked for is three quarters of it
+MIN_VIEW = 4 * BORDER_BAND  # samples a side: the border where a table is looked for is three quarters of it
 MIN_OF_TABLE = 3  # vertices or samples that determine its plane
 
 
 def remove_table(mesh: ValidMesh) -> ValidMesh:
-    """A mesh without its table and the faces that bridge the step to it; itself where its view shows no table."""
+    """Return a mesh without its table and the faces of the step to it.
+
+    The mesh itself where its view shows no table.
+    """
     return page_and_table(mesh)[0]
 
 
 def page_and_table(mesh: ValidMesh) -> tuple[ValidMesh, SurfaceMesh | None]:
-    """A mesh without its table and the faces that bridge the step to it, and the table; itself and None without one.
+    """Return a mesh without its table and the step to it, and the table.
 
-    Of the faces next to these those steeper than MAX_SLOPE are left out, too, and those that hang down to a vertex just
-    off the plane: a step may have vertices half-way, from samples that mix both depths. A mesh of which no single view
-    shows all is returned as it is.
+    The step consists of the faces that bridge it. Of the faces next to these, those steeper than MAX_SLOPE are removed,
+    too, and those that reach down to a vertex just off the plane: a step may have vertices half-way, from samples that
+    mix both depths. A mesh of which no single view shows all, or without a table, is returned as it is, with None.
     """
     view = view_of(mesh)
-    if view is None or min(view[0].points.shape[:2]) < LEAST_VIEW:
+    if view is None or min(view[0].points.shape[:2]) < MIN_VIEW:
         return mesh, None
     scan, rays = view
     table = find_table(scan, inverse_depths(scan), scan.measured, framed=False).samples
@@ -63,10 +66,11 @@ def page_and_table(mesh: ValidMesh) -> tuple[ValidMesh, SurfaceMesh | None]:
 
 
 def _is_step(mesh: ValidMesh, kept: Ints, left_out: Mask, slope: Floats) -> bool:
-    """Whether a step separates the largest piece of the faces that are kept (k, 3) from those left out (m,), or a gap.
+    """Return whether a step or a gap bounds the kept piece.
 
-    slope (m,) of all faces. A frame that is printed round a page lies flat and has a colour of its own, too, but the
-    page goes on from it without a step.
+    It separates the largest piece of the faces that are kept (k, 3) from those left out (m,). A frame that is printed
+    round a page is flat and has its own colour, too, but the page continues from it without a step.
+    slope: (m,), of all faces.
     """
     piece = piece_of_faces(kept)
     page = kept[piece == np.bincount(piece).argmax()]
@@ -75,7 +79,13 @@ def _is_step(mesh: ValidMesh, kept: Ints, left_out: Mask, slope: Floats) -> bool
 
 
 def _shown_by(chosen: Mask, vertices: Floats, up: Floats, scan: RangeScan, rays: Rays) -> Mask:
-    """(n,) True for vertices (n, 3) mm, up (n,) mm from the camera, that chosen samples (rows, cols) of a scan show."""
+    """Return the vertices that chosen samples of a scan show.
+
+    vertices: (n, 3) mm.
+    up: (n,) mm, from the camera.
+    chosen: (rows, cols).
+    Returns (n,) bool.
+    """
     row, col = (
         np.clip(np.rint(place).astype(int), 0, size - 1)
         for place, size in zip(rays.grid(vertices), chosen.shape, strict=True)
@@ -85,7 +95,10 @@ def _shown_by(chosen: Mask, vertices: Floats, up: Floats, scan: RangeScan, rays:
 
 
 def _slopes(mesh: ValidMesh, up: Floats) -> Floats:
-    """(m,) slopes of the faces from a plane with a normal (3,), as tangents; infinite where a face is turned away."""
+    """Return the slopes (m,) of the faces from a plane, as tangents.
+
+    up: (3,), normal of the plane. Infinite where a face is turned away.
+    """
     rise = mesh.normals @ (up / np.linalg.norm(up))
     aside = np.sqrt(np.maximum((mesh.normals**2).sum(axis=1) - rise**2, 0.0))
     return np.divide(aside, rise, out=np.full(len(rise), np.inf), where=rise > 0.0)

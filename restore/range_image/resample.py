@@ -67,7 +67,10 @@ def view_of(mesh: ValidMesh) -> tuple[RangeScan, Rays] | None:
 
 
 def _askew(posed: PosedSheet) -> PosedSheet:
-    """The sheet turned on the table, so that its principal axes, and with them most sides, cross the rows of a view."""
+    """Return the sheet rotated on the table, across the rows of a view.
+
+    Its principal axes, and with them most sides, then cross the rows.
+    """
     x, y = posed.positions[:, 0], posed.positions[:, 1]
     axis = 0.5 * atan2(2.0 * float(posed.weights @ (x * y)), float(posed.weights @ (x * x - y * y)))
     angle = remainder(ASKEW - axis, pi / 2)  # the print stays as upright as it is
@@ -76,9 +79,10 @@ def _askew(posed: PosedSheet) -> PosedSheet:
 
 
 def _foreshortening(normals: Floats, posed: PosedSheet) -> float:
-    """The ratio, at most 1, of the vertices' spacing in the view to that on the surface where the page is steep.
+    """Return vertex spacing in the view over that on the surface.
 
-    normals (m, 3) of the faces, twice as long as their areas.
+    At most 1, where the page is steep.
+    normals: (m, 3), of the faces, twice as long as their areas.
     """
     areas = np.sqrt((normals**2).sum(axis=1))
     slopes = normals @ posed.axes[2] / np.maximum(areas, TINY)
@@ -88,7 +92,11 @@ def _foreshortening(normals: Floats, posed: PosedSheet) -> float:
 
 
 def _hidden_fraction(corners: Floats, faces: Ints, covered: Mask) -> float:
-    """Share of the projected area of faces with corners (n, 2) that is turned away or not in covered (rows, cols)."""
+    """Return the fraction of the projected area that is hidden.
+
+    It is turned away or not in covered (rows, cols).
+    corners: (n, 2), of the faces.
+    """
     areas = signed_areas(corners * [1.0, -1.0], faces)
     total = float(np.abs(areas).sum())
     return max(1.0 - float(covered.sum()) / total, float(np.maximum(-areas, 0.0).sum()) / total)

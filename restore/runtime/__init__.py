@@ -1,4 +1,4 @@
-"""What the code runs on: checked arguments, compiled kernels, native libraries, threads.
+"""Base of the code: checked arguments, kernels, libraries, threads.
 
 The names for other packages are in `__init__.pyi`; they are imported when they are first used.
 """

@@ -1,7 +1,7 @@
-"""The types of what is given to the functions of the public door, checked in one place.
+"""Types of the arguments of the public API, checked in one place.
 
-A caller without a type checker would otherwise meet an AttributeError deep inside. Annotations tell what is wanted;
-what an array holds is checked by the function, which knows its shape and unit.
+A caller without a type checker would otherwise meet an AttributeError deep inside. Annotations give the types; the
+contents of an array are checked by the function, which knows its shape and unit.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ WIDER: dict[type, tuple[type, ...]] = {float: (Real,), int: (Real,), Path: (os.P
 
 
 def checks_types(function: Callable[Given, Answer]) -> Callable[Given, Answer]:
-    """The function, which raises TypeError with a clear sentence for an argument of another type than it is annotated.
+    """Make a function check the types of its arguments.
+
+    It raises TypeError with a clear sentence for an argument of another type than it is annotated.
 
     >>> @checks_types
     ... def double(number: float) -> float:
@@ -41,7 +43,7 @@ def checks_types(function: Callable[Given, Answer]) -> Callable[Given, Answer]:
     def checked(*args: Given.args, **kwargs: Given.kwargs) -> Answer:
         try:
             given = signature.bind(*args, **kwargs).arguments
-        except TypeError:  # too many arguments or too few: the call itself tells
+        except TypeError:  # too many arguments or too few: the call itself reports them
             given = {}
         for name, value in given.items():
             if signature.parameters[name].kind not in COLLECTED:

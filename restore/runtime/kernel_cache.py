@@ -1,8 +1,9 @@
-"""Chooses numba's cache folder for this process: one for each state of the kernels' sources.
+"""Chooses numba's cache folder: one for each state of the sources.
 
-numba looks at the file of a kernel alone, so it would not notice a change in a kernel of another file that it calls;
-and it refuses to import a kernel where it can write neither beside the sources nor in a home. `use_cache_folder` comes
-before numba is imported, and answers both with the name and the place of one folder.
+The sources are those of the kernels. numba looks at the file of a kernel alone, so it would not notice a change in a
+kernel of another file that it calls; and it refuses to import a kernel where it can write neither next to the sources
+nor in a home. `use_cache_folder` comes before numba is imported, and answers both with the name and the place of one
+folder.
 """
 
 from __future__ import annotations
@@ -26,7 +27,10 @@ _IMPORT = re.compile(rb"^from restore\.([\w.]+) import", re.MULTILINE)
 
 
 def use_cache_folder() -> None:
-    """Let numba keep what it compiles in this process, and in those that it starts, in `cache_folder()`."""
+    """Make numba keep what it compiles in `cache_folder()`.
+
+    In this process, and in those that it starts.
+    """
     folder = cache_folder()
     if numba := sys.modules.get("numba"):  # it has read the environment already, and reads it again when that changes
         numba.config.CACHE_DIR = str(folder)
@@ -63,9 +67,10 @@ def stamp() -> str:
 
 
 def kernel_sources() -> dict[str, bytes]:
-    """The files of the package that hold kernels, and all that those import from it, directly or through others.
+    """Return the files that hold kernels, and all that those import.
 
-    Constants of imported modules are compiled into kernels, so these files count although they may hold no kernel.
+    Of the package, directly or through others. Constants of imported modules are compiled into kernels, so these files
+    count although they may hold no kernel.
     """
     files = dict(_python_files(str(PACKAGE)))
     waiting = [path for path, text in files.items() if b"import numba" in text]
@@ -129,7 +134,10 @@ def _remove_old(base: Path) -> None:
 
 
 def _copy(compiled: Path, folder: Path) -> None:
-    """Copy a folder so that another process sees all of it or nothing; what cannot be copied is compiled."""
+    """Copy a folder so that another process sees all of it or nothing.
+
+    Files that cannot be copied are compiled.
+    """
     if not compiled.is_dir():
         return
     import shutil
@@ -145,7 +153,10 @@ def _copy(compiled: Path, folder: Path) -> None:
 
 @contextmanager
 def notify_when_compiling(notify: Callable[[], None]) -> Iterator[None]:
-    """Call notify() whenever a kernel has to be compiled while the block runs, as it begins."""
+    """Call notify() whenever a kernel has to be compiled in the block.
+
+    It is called as the compilation begins.
+    """
     from numba.core import event  # imported with the first kernel, not with the package
 
     class Listener(event.Listener):

@@ -1,4 +1,7 @@
-"""Loads open3d and pymeshlab when they are first used: their wheels need libraries that only the system has."""
+"""Loads open3d and pymeshlab when they are first used.
+
+Their wheels need libraries that only the system has.
+"""
 
 from __future__ import annotations
 
@@ -52,14 +55,20 @@ def loadable(file: str) -> bool:
 
 
 def missing_libraries(can_load: Loadable = loadable) -> list[SystemLibrary]:
-    """Those of SYSTEM_LIBRARIES that the system lacks. On others than Linux the wheels have all they need."""
+    """Return those of SYSTEM_LIBRARIES that the system lacks.
+
+    On systems other than Linux the wheels have all they need.
+    """
     if sys.platform != "linux":
         return []
     return [library for library in SYSTEM_LIBRARIES if not can_load(library.file)]
 
 
 def load(module: str, can_load: Loadable = loadable) -> ModuleType:
-    """Import open3d or pymeshlab. Raises LibraryMissing, with the Debian packages that it lacks."""
+    """Import open3d or pymeshlab.
+
+    Raises LibraryMissing, with the Debian packages that it lacks.
+    """
     missing = [library for library in missing_libraries(can_load) if library.module == module]
     if missing:
         packages = " ".join(library.package for library in missing)
@@ -83,9 +92,9 @@ def load_pymeshlab() -> ModuleType:
 
 @cache
 def load_open3d() -> ModuleType:
-    """open3d, which prints errors only; the libusb that it expects from the system comes from the libusb-package wheel.
+    """Import open3d, printing errors only.
 
-    Raises LibraryMissing.
+    The libusb that it expects from the system comes from the libusb-package wheel. Raises LibraryMissing.
     """
     import libusb_package
 

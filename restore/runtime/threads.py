@@ -1,4 +1,7 @@
-"""Work in parallel threads, on bands of rows or other parts: compiled kernels release the interpreter lock."""
+"""Work in parallel threads, on bands of rows or other parts.
+
+Compiled kernels release the interpreter lock.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,10 @@ from functools import cache
 from itertools import pairwise
 from typing import TypeVar
 
-VARIABLE = "PLANISH_THREADS"  # set for the processes of a pool, which share the processors
+VARIABLE = "PLANISH_THREADS"  # set for the processes of a pool, which divide the processors
 MAX_THREADS = 4  # more gain little: the kernels are bound by memory bandwidth
 BANDS_A_THREAD = 2  # more than one, so that a busy core gets fewer of them
+BAND_PIXELS = 2**18  # of a band of a picture: what is computed of it on the way stays in the processor's cache
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -20,7 +24,10 @@ Result = TypeVar("Result")
 
 @cache
 def thread_count() -> int:
-    """Number of threads: the processors that this process may use, at most MAX_THREADS, or PLANISH_THREADS."""
+    """Return the number of threads.
+
+    The processors that this process may use, at most MAX_THREADS, or PLANISH_THREADS.
+    """
     given = os.environ.get(VARIABLE, "")
     if given.isascii() and given.isdigit() and int(given) > 0:
         return int(given)
@@ -28,12 +35,14 @@ def thread_count() -> int:
 
 
 def in_threads(work: Callable[[Part], Result], parts: Iterable[Part], count: int | None = None) -> list[Result]:
-    """The results of work(part) for all parts, in their order; once one has failed, no other is begun.
+    """Return the results of work(part) for all parts, in their order.
 
+    Once one has failed, no other is begun.
     count: number of threads, this one included; `thread_count()` by default. It does not change any result.
     """
-    count = count or thread_count()
-    waiting: deque[tuple[int, Part] | None] = deque([*enumerate(parts), *[None] * count])  # a thread ends at a None
+    numbered = [*enumerate(parts)]
+    count = min(count or thread_count(), max(len(numbered), 1))
+    waiting: deque[tuple[int, Part] | None] = deque([*numbered, *[None] * count])  # a thread ends at a None
     results: dict[int, Result] = {}
 
     def work_off() -> None:
@@ -43,8 +52,10 @@ def in_threads(work: Callable[[Part], Result], parts: Iterable[Part], count: int
         finally:
             waiting.appendleft(None)
 
+    if count == 1:
+        return [work(part) for _, part in numbered]
     # This thread works, too: until another has started, or is awake again, small parts are done.
-    with ThreadPoolExecutor(max(count - 1, 1)) as threads:  # it starts a thread when work is submitted
+    with ThreadPoolExecutor(count - 1) as threads:  # it starts a thread when work is submitted
         others = [threads.submit(work_off) for _ in range(count - 1)]
         work_off()
     for other in others:
@@ -53,8 +64,19 @@ def in_threads(work: Callable[[Part], Result], parts: Iterable[Part], count: int
 
 
 def in_bands(work: Callable[[slice], None], rows: int, height: int | None = None) -> None:
-    """Call work(rows of a band) for all rows, in any order; bands of a given height, or a few of equal heights."""
+    """Call work(rows of a band) for all rows, in any order.
+
+    Bands have a given height, or a few have equal heights.
+    """
     count = BANDS_A_THREAD * thread_count()
     equal = [rows * k // count for k in range(count + 1)]
     edges = equal if height is None else [*range(0, rows, height), rows]
     in_threads(work, (slice(a, b) for a, b in pairwise(edges) if b > a))
+
+
+def in_picture_bands(work: Callable[[slice], None], rows: int, cols: int) -> None:
+    """Call work(rows of a band) for all rows of a picture, in any order.
+
+    A band has about BAND_PIXELS.
+    """
+    in_bands(work, rows, max(1, BAND_PIXELS // max(cols, 1)))

@@ -1,10 +1,10 @@
-"""How certain a light is: the standard error that regions of constant print leave in it, all over the page.
+"""Standard error of a light, all over the page.
 
-The estimated light is linearised in its parameters. What it leaves of the brightness within the regions moves the
-parameters by one Gauss–Newton step, their bias; what then remains gives their covariance. Residuals of neighbouring
-cells are correlated, so the covariance is that of independent blocks of the page (K.-Y. Liang, S. Zeger, "Longitudinal
-data analysis using generalized linear models", Biometrika 73(1), 1986, eq. 2.3). Where the regions do not reach, the
-error grows as the light is extrapolated.
+Regions of constant print leave it. The estimated light is linearised in its parameters. Its residuals within the
+regions move the parameters by one Gauss–Newton step, their bias; what then remains gives their covariance. Residuals of
+neighbouring cells are correlated, so the covariance is that of independent blocks of the page (K.-Y. Liang, S. Zeger,
+"Longitudinal data analysis using generalized linear models", Biometrika 73(1), 1986, eq. 2.3). Where the regions do not
+reach, the error grows as the light is extrapolated.
 """
 
 from __future__ import annotations
@@ -26,29 +26,40 @@ SIGMAS, SURE = 2.0, 10.0  # standard errors
 
 @dataclass(frozen=True)
 class Certainty:
-    """Root mean squares over the page, in logarithms of the light: how it varies, and the error expected of that."""
+    """Variation and expected error of a light.
+
+    Root mean squares over the page, in logarithms of the light.
+    """
 
     variation: float
     error: float
 
     @property
     def certain(self) -> bool:
-        """Whether the light varies by more than its error explains: to divide it out then leaves less than it was."""
+        """Return whether the light varies by more than its error explains.
+
+        To remove it then leaves less variation than before.
+        """
         return self.variation > SIGMAS * self.error
 
     @property
     def sure(self) -> bool:
-        """Whether it varies by so much more that no other light need be asked for."""
+        """Return whether no other light need be tried.
+
+        It varies by much more than its error explains.
+        """
         return self.variation > SURE * self.error
 
 
 def certainty_of(
     light: Light, page: Places, judged: Places, brightness: Floats, labels: Ints, blocks: Ints, cap: float
 ) -> Certainty:
-    """Certainty of a light on places of a page, by the brightness (n,) of the judged places.
+    """Return the certainty of a light on places of a page.
 
-    labels (n,): regions of constant print; blocks (n,): parts of the page whose residuals are independent; cap: most
-    that a residual in logarithms counts.
+    judged: places with a measured brightness (n,).
+    labels: (n,), regions of constant print.
+    blocks: (n,), parts of the page with independent residuals.
+    cap: the most that a residual in logarithms counts.
     """
     prior = _prior(light)
     here, slopes = _linearised(light, judged)
@@ -62,13 +73,18 @@ def certainty_of(
 
 
 def _prior(light: Light) -> Floats:
-    """(p,) standard deviations of strengths and lamps before anything is seen."""
+    """Return the prior standard deviations (p,) of strengths and lamps."""
     strengths = np.full(ROOM + len(light.lamps), PRIOR_STRENGTH * float(light.level.mean()))
     return np.concatenate([strengths, *[PRIOR_LAMP] * len(light.lamps)])
 
 
 def _within_regions(rest: Floats, slopes: Floats, labels: Ints, cap: float) -> tuple[Floats, Floats]:
-    """Residuals (n,) and derivatives (n, p) less their means over each region, whose albedo is an unknown."""
+    """Return residuals and derivatives less their means over each region.
+
+    The albedo of a region is an unknown.
+    rest: (n,).
+    slopes: (n, p).
+    """
     rest, slopes = rest.copy(), slopes.copy()
     for label in np.unique(labels):
         of_it = labels == label
@@ -79,7 +95,10 @@ def _within_regions(rest: Floats, slopes: Floats, labels: Ints, cap: float) -> t
 
 
 def _error_of_parameters(rest: Floats, slopes: Floats, blocks: Ints) -> tuple[Floats, Floats]:
-    """(p,) bias and (p, p) covariance of parameters with a prior variance of 1."""
+    """Return bias (p,) and covariance (p, p) of the parameters.
+
+    They have a prior variance of 1.
+    """
     count, unknowns = len(np.unique(blocks)), slopes.shape[1]
     shrunk = slopes.T @ slopes + np.eye(unknowns) * max(float(np.mean(rest**2)), SINGLE_TINY)
     bias: Floats = np.asarray(np.linalg.solve(shrunk, slopes.T @ rest))
@@ -92,7 +111,10 @@ def _error_of_parameters(rest: Floats, slopes: Floats, blocks: Ints) -> tuple[Fl
 
 
 def _linearised(light: Light, places: Places) -> tuple[Floats, Floats]:
-    """(n,) light, the mean of its channels, and the derivatives (n, p) of its logarithm by strengths and lamps."""
+    """Return the light (n,), and the derivatives of its logarithm.
+
+    The light is the mean of its channels; the derivatives (n, p) are by strengths and lamps.
+    """
     strengths = light.strengths.mean(axis=1)
     of_places = Terms(places, light.surroundings, light.middle)
     terms = of_places.of(light.lamps, light.reflectance)

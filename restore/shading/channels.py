@@ -10,17 +10,17 @@ from restore.shading.relief import Field
 
 
 def lowest(field: Field) -> Field:
-    """(r, c) least of the channels (r, c, 3)."""
+    """Return the least (r, c) of the channels (r, c, 3)."""
     return np.asarray(np.minimum(np.minimum(field[..., 0], field[..., 1]), field[..., 2]))
 
 
 def highest(field: Field) -> Field:
-    """(r, c) greatest of the channels (r, c, 3)."""
+    """Return the greatest (r, c) of the channels (r, c, 3)."""
     return np.asarray(np.maximum(np.maximum(field[..., 0], field[..., 1]), field[..., 2]))
 
 
 def total_of(field: Field) -> Field:
-    """(r, c) sum of the channels (r, c, 3)."""
+    """Return the sum (r, c) of the channels (r, c, 3)."""
     return np.asarray(cv2.transform(field, np.ones((1, 3))))
 
 
@@ -30,5 +30,5 @@ def scaled(field: Field, factors: Floats) -> Field:
 
 
 def as_list(field: Field) -> Field:
-    """(r · c, …) of a field (r, c, …)."""
+    """Return a field (r, c, …) as a list (r · c, …)."""
     return field.reshape(-1, *field.shape[2:])

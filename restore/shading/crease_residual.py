@@ -1,7 +1,7 @@
-"""Residual light along creases and shadow edges, whose position is uncertain by about one cell.
+"""Residual light along creases and shadow edges.
 
-A line that follows a crease and is darker or lighter than the page on both of its sides is taken for shading: print is
-independent of where the page is folded.
+Their position is uncertain by about one cell. A line that follows a crease and is darker or lighter than the page on
+both of its sides counts as shading: print is independent of where the page is folded.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ ALONG = 12  # cells to either side, 5 mm: a word, and the gaps round it
 # cells: where the page on either side is looked at; among them are, in small print, a line and a gap.
 BESIDE = (-9, -7, -5, 5, 7, 9)
 BRIGHT = 0.9  # of the cells along the crease are darker than its paper: what lies between lines and letters
-ABOVE = 2 * ALONG - int(BRIGHT * 2 * ALONG)  # so many of them may be brighter
+ABOVE = 2 * ALONG - int(BRIGHT * 2 * ALONG)  # this many of them may be brighter
 PASSES = 2  # the second time the sides are free of the lines that lie in them
 LEAST, MOST = 0.45, 1.6  # of its sides: what is less or more is a printed line, or the gap between two figures
 SAME = 0.2  # of one another: light does alike to the darkest channel and to the brightest, ink does not
@@ -34,12 +34,14 @@ FARTHEST = 3.0  # stretch: a slope of 70°, beyond which nothing is measured
 def crease_light(
     darkest: Field, brightest: Field, expected: Field, inside: Mask, openness: Field, stretch: Field
 ) -> Field:
-    """(r, c) light along creases and in hollows relative to both sides of them, 1 away from both.
+    """Return the light along creases and in hollows, relative to their sides.
 
-    darkest, brightest (r, c): channel of the page in units of the light that is known. expected (r, c): that light,
-    whose steps tell where creases and the edges of shadows are. openness (r, c): share of the room that is seen; where
-    it is small, shadows and reflections of the page on itself are finer than its horizon map. stretch (r, c): cells of
-    the page to one of the page seen from above.
+    darkest, brightest: (r, c), channel of the page in units of the known light.
+    expected: (r, c), that light; its steps show where creases and the edges of shadows are.
+    openness: (r, c), fraction of the room that is seen; where it is small, shadows and reflections of the page on
+        itself are finer than its horizon map.
+    stretch: (r, c), cells of the page to one of the page seen from above.
+    Returns (r, c), 1 away from creases and hollows.
     """
     across, found = _directions(expected, openness, inside)
     out = np.ones_like(darkest)
@@ -55,7 +57,10 @@ def crease_light(
 
 
 def _compared(brightness: Field, across: Field, found: Mask, inside: Mask) -> Field:
-    """(r, c) ratio of a line to its two sides, 0 where shading cannot cause it, 1 where there is none."""
+    """Return the ratio (r, c) of a line to its two sides.
+
+    0 where shading cannot cause it, 1 without a line.
+    """
     reach = 2 * int(max(BESIDE) * FARTHEST) + 1
     near = cv2.dilate(found.astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
     near &= inside
@@ -66,12 +71,15 @@ def _compared(brightness: Field, across: Field, found: Mask, inside: Mask) -> Fi
 
 
 def hollows(openness: Field) -> Mask:
-    """(r, c) where the page stands before itself."""
+    """Return where the page stands before itself, (r, c)."""
     return np.asarray(openness < OPEN)
 
 
 def _directions(light: Field, openness: Field, inside: Mask) -> tuple[Field, Mask]:
-    """(r, c, 2) = (right, down) unit vectors across the creases, and where those are."""
+    """Return unit vectors across the creases, and where those are.
+
+    The vectors are (r, c, 2) = (right, down).
+    """
     xx, xy, yy = _tensor(light)
     turn = np.arctan2(2 * xy, xx - yy) / 2
     anisotropy, total = np.hypot(xx - yy, 2 * xy), xx + yy
@@ -85,7 +93,10 @@ def _directions(light: Field, openness: Field, inside: Mask) -> tuple[Field, Mas
 
 
 def _tensor(field: Field) -> list[Field]:
-    """Structure tensor (xx, xy, yy), each (r, c), of the logarithm of a positive field (r, c)."""
+    """Return the structure tensor of the logarithm of a field.
+
+    The field (r, c) is positive. Returns (xx, xy, yy), each (r, c).
+    """
     level = np.log(np.maximum(field, SINGLE_TINY))
     right, down = (cv2.Sobel(level, cv2.CV_32F, *order, ksize=3, scale=1 / 8) for order in ((1, 0), (0, 1)))
     return [np.asarray(cv2.GaussianBlur(part, (0, 0), TENSOR)) for part in (right * right, right * down, down * down)]
@@ -93,7 +104,10 @@ def _tensor(field: Field) -> list[Field]:
 
 @numba.njit(cache=True, nogil=True)
 def _bright(brightness: Field, inside: Mask, across: Field, near: Mask, first: int, out: Field) -> None:
-    """The paper's brightness along the direction of the crease, for rows from `first` on, into out."""
+    """Write the paper's brightness along the direction of the crease.
+
+    For rows from `first` on, into out.
+    """
     rows, cols = brightness.shape
     brightest = np.empty(ABOVE + 1, np.float32)
     for row in range(first, first + len(out)):
@@ -118,7 +132,10 @@ def _bright(brightness: Field, inside: Mask, across: Field, near: Mask, first: i
 
 @numba.njit(cache=True, nogil=True)
 def _beside(bright: Field, across: Field, found: Mask, first: int, out: Field) -> None:
-    """Write the ratio of a line to both of its sides, for rows from `first` on, into out; 0 is not shading."""
+    """Write the ratio of a line to both of its sides.
+
+    For rows from `first` on, into out; 0 is not shading.
+    """
     rows, cols = bright.shape
     zero, one = np.float32(0), np.float32(1)
     for row in range(first, first + len(out)):

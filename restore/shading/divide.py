@@ -1,4 +1,4 @@
-"""The light divided out of the pixels of a page."""
+"""Removes the light from the pixels of a page."""
 
 from __future__ import annotations
 
@@ -18,10 +18,13 @@ CODES = 4096  # steps of light for the way back to codes: half a code at the dar
 
 
 def divided(image: Bytes, mask: Mask, scale: float, gain: Field, steps: Steps, most: float) -> Bytes:
-    """Page (h, w, 3) with its light multiplied by a gain (r, c, 3) of its cells, `scale` to a pixel, where masked.
+    """Multiply a page by a gain of its cells, where masked.
 
-    In between cells the gain is bilinear, but for the steps of the light that it has divided out: these are as sharp as
-    the page's own pixels show them. most: the gain is between that and its inverse.
+    Between cells the gain is bilinear, except for the steps of the light that it has removed: these are as sharp as the
+    page's own pixels show them.
+    image: (h, w, 3).
+    gain: (r, c, 3), with `scale` cells to a pixel.
+    most: the gain is between that and its inverse.
     """
     evened, codes = np.empty_like(image), srgb_codes(np.arange(CODES) / (CODES - 1))
     in_bands(lambda band: _multiply(image, mask, gain, scale, LINEAR, codes, band.start, evened[band]), len(image))
@@ -45,9 +48,9 @@ def divided(image: Bytes, mask: Mask, scale: float, gain: Field, steps: Steps, m
 def _multiply(
     image: Bytes, mask: Mask, gain: Field, scale: float, linear: Field, codes: NDArray[np.uint8], first: int, out: Bytes
 ) -> None:
-    """Multiply the light of every masked pixel by the gain of its cells, in between by straight lines.
+    """Multiply the light of every masked pixel by the gain of its cells.
 
-    The rows of the image from `first` on are written to out (some rows, w, 3).
+    Interpolated linearly. The rows of the image from `first` on are written to out (some rows, w, 3).
     """
     _, width, _ = image.shape
     rows, cols, _ = gain.shape
@@ -94,10 +97,11 @@ def _multiply_steps(
     first: int,
     out: Bytes,
 ) -> None:
-    """Divide the light out of every masked pixel between cells with a step, for rows from `first` on, into out.
+    """Remove the light from every masked pixel between cells with a step.
 
-    cells (r, c, 11), from row `top` and column `left` of the page's on: gain without the light, light with blurred
-    steps, contrast of the step, distance from it in widths as blurred, and as the camera drew it.
+    For rows from `first` on, into out.
+    cells: (r, c, 11), from row `top` and column `left` of the page's on: gain without the light, light with blurred
+        steps, contrast of the step, distance from it in widths as blurred, and as the camera drew it.
     """
     rows, cols = found.shape
     full = np.float32(len(codes) - 1)

@@ -1,8 +1,9 @@
-"""The light on a page, chosen among hypotheses by how well it explains regions of constant print.
+"""The light on a page, chosen among hypotheses.
 
-Either the brightest of the page is paper, or its largest regions are of constant print, light or dark, each of an
-albedo of its own. Lamps are fitted under both. They are judged, against even light, at places that no fit has seen: a
-light that does not explain the gradients there for certain is not used.
+They differ in how well they explain regions of constant print. Either the brightest of the page is paper, or its
+largest regions are of constant print, light or dark, each with its own albedo. Lamps are fitted under both. They are
+compared with even light, at places that no fit has seen: a light that does not reliably explain the gradients there is
+not used.
 """
 
 from __future__ import annotations
@@ -22,18 +23,21 @@ from restore.shading.relief import Field
 from restore.shading.shadow_edges import place_lamps
 from restore.shading.surroundings import Places, Surroundings
 
-LEAST_PAPER = 50  # cells: fewer tell nothing of the light
-LEAST_REGIONS = 0.02  # of the page: smaller regions of constant print judge no light
+MIN_PAPER = 50  # cells: fewer say nothing of the light
+MIN_REGIONS = 0.02  # of the page: smaller regions of constant print cannot reject a light
 CAP = 0.15  # of the light: what deviates by more is print
 BLOCKS = 6  # across and down: within one, deviations go together
 CERTAIN, COLOURED = 2.0, 3.0  # standard errors of the sum over blocks; of lamps of several colours, which are rare
 DIMMEST = 32.0  # of the level light: less is not found in any hollow, and would be divided by
 JUDGES = 4000  # places: six to a square centimetre of A4
-JUDGED, PAGE = 2, 2000  # one judge in so many, and cells of the page, tell how certain a light is
+JUDGED, PAGE = 2, 2000  # every second judge, and cells of the page, suffice for the certainty
 
 
 def blocks_of(cells: Ints, shape: tuple[int, ...]) -> Ints:
-    """Number the blocks (n,) of a page of (r, c) cells that cells (n,) lie in."""
+    """Return the numbers of the blocks of a page that cells lie in.
+
+    cells: (n,). shape: (r, c) of the page.
+    """
     row, col = np.divmod(cells, shape[1])
     return row * BLOCKS // shape[0] * BLOCKS + col * BLOCKS // shape[1]
 
@@ -61,9 +65,12 @@ class Judges:
 
     @classmethod
     def of(cls, colour: Field, regions: Regions, inside: Mask) -> Judges:
-        """Judges spread over the regions of a page with linear colour (r, c, 3); none where regions are too small."""
+        """Spread judges over the regions of a page.
+
+        colour: (r, c, 3), linear. None are placed where regions are too small.
+        """
         known = np.flatnonzero(regions.labels)
-        if len(known) < max(LEAST_REGIONS * inside.sum(), LEAST_PAPER):
+        if len(known) < max(MIN_REGIONS * inside.sum(), MIN_PAPER):
             known = known[:0]
         cells = known[1 :: max(2, len(known) // JUDGES)]
         return cls(cells, as_list(colour)[cells], regions.labels.ravel()[cells], blocks_of(cells, inside.shape))
@@ -72,17 +79,29 @@ class Judges:
         return Judges(self.cells[chosen], self.colour[chosen], self.labels[chosen], self.blocks[chosen])
 
     def unexplained(self, light: Field) -> Floats:
-        """(n,) mean over the channels of the squared deviations that a light (cells, 3) leaves."""
+        """Return the squared deviations (n,) that a light leaves.
+
+        Mean over the channels.
+        light: (cells, 3).
+        """
         seen, given = light[self.cells].astype(float), self.colour.astype(float)
         channels = [unexplained(given[:, k], seen[:, k], self.labels, CAP) for k in range(3)]
         return np.asarray(np.mean(channels, axis=0))
 
     def gain(self, light: Field, other: Field) -> tuple[float, float]:
-        """By how much less a light (cells, 3) leaves than another, and the standard error of that sum."""
+        """Return by how much less a light leaves than another.
+
+        light, other: (cells, 3).
+        Returns also the standard error of that sum.
+        """
         return block_sums(self.unexplained(other) - self.unexplained(light), self.blocks)
 
     def prefer(self, light: Field, other: Field, errors: float = CERTAIN) -> bool:
-        """Whether a light (cells, 3) leaves less than another for certain, by so many standard errors."""
+        """Return whether a light leaves less than another.
+
+        By the given number of standard errors.
+        light, other: (cells, 3).
+        """
         gain, error = self.gain(light, other)
         return gain > errors * error
 
@@ -113,9 +132,12 @@ def estimate_light(
     judges: Judges,
     inside: Mask,
 ) -> Estimate | None:
-    """The light on a page of linear colour (cells, 3) that is certain, and that judges prefer to even light; else None.
+    """Estimate the light on a page.
 
-    paper (k,): cells that may be bare paper. Lamps of several colours must explain the regions better than one colour.
+    Lamps of several colours must explain the regions better than one colour.
+    colour: (cells, 3), linear.
+    paper: (k,), cells that may be bare paper.
+    Returns None unless the light is reliable and judges prefer it to even light.
     """
     best: Estimate | None = None
     values = np.ones_like(colour)
@@ -142,11 +164,13 @@ def estimate_again(
     surroundings: Surroundings,
     inside: Mask,
 ) -> tuple[Estimate, Judges] | None:
-    """The light on a page of linear colour (r, c, 3) by regions that end at edges of print along creases too.
+    """Estimate the light again, with regions that end along creases too.
 
-    The first estimate tells the steps of the light there, which before could not be told from those of print.
+    The regions end at edges of print there. The first estimate gives the steps of the light, which before could not be
+    distinguished from those of print.
+    colour: (r, c, 3), linear.
     """
-    # Off the page there is no light, only NaN.
+    # Off the page the light is NaN.
     light = np.fmax(first.values.reshape(colour.shape), first.light.level.mean() / DIMMEST)
     even = np.divide(colour, light, dtype=np.float32)
     regions = regions_of(even, normals, inside, EDGE)
@@ -161,12 +185,12 @@ def _candidates(
     colour: Field, paper: Ints, places: Places, surroundings: Surroundings, labels: Ints, inside: Mask
 ) -> Iterator[tuple[str, Light]]:
     """What the light may be fitted to, and the light."""
-    if len(paper) >= LEAST_PAPER:
+    if len(paper) >= MIN_PAPER:
         chosen = paper[:: max(1, len(paper) // SAMPLES)]
         fitted = fit_light(colour[chosen], places[chosen], surroundings)
         yield "paper", place_lamps(fitted, colour.reshape(*inside.shape, 3), chosen, places, inside)
     labels = labels.ravel()
     known = np.flatnonzero(labels)
     chosen = known[:: max(2, len(known) // SAMPLES)]
-    if (labels[chosen] == 1).sum() >= LEAST_PAPER:
+    if (labels[chosen] == 1).sum() >= MIN_PAPER:
         yield "regions", fit_light(colour[chosen], places[chosen], surroundings, labels[chosen])

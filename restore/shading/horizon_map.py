@@ -1,8 +1,8 @@
-"""Horizon map of a warped page: how far the page itself occludes lamps and sky from each of its points.
+"""Horizon map of a warped page: how far it occludes lamps and sky.
 
-A horizon map (N. Max, "Horizon mapping: shadows for bump-mapped surfaces", The Visual Computer 4, 1988) holds, for
-some directions of the compass, how steeply the surface rises before a place. Any lamp is then seen or not by one look
-into the map, wherever it stands.
+The page itself occludes them from each of its points. A horizon map (N. Max, "Horizon mapping: shadows for bump-mapped
+surfaces", The Visual Computer 4, 1988) holds, for some directions of the compass, how steeply the surface rises before
+a place. Any lamp is then seen or not by one look into the map, wherever it stands.
 """
 
 from __future__ import annotations
@@ -48,32 +48,39 @@ class HorizonMap:
     heights: Field
 
     def nodes(self, points: Field) -> Field:
-        """(…, 2) = (col, row) in the map, as fractions, of points (…, 3) mm."""
+        """Return the map positions (…, 2) = (col, row) of points (…, 3) mm.
+
+        With fractions.
+        """
         left, top = self.corner.astype(np.float32)
         pitch = np.float32(self.pitch)
         return np.stack([(points[..., 0] - left) / pitch, (top - points[..., 1]) / pitch], axis=-1)
 
     @cached_property
     def normals(self) -> Field:
-        """(rows, cols, 3) unit normals at the nodes; NaN off the page and at its border."""
+        """Return unit normals (rows, cols, 3) at the nodes.
+
+        NaN off the page and at its border.
+        """
         down, right = np.gradient(np.where(self.heights == NOWHERE, np.float32(np.nan), self.heights), self.pitch)
         normals = np.dstack([-right, down, np.ones_like(down)]).astype(np.float32)
         return np.asarray(normals / np.linalg.norm(normals, axis=2, keepdims=True))
 
     @cached_property
     def points(self) -> Field:
-        """(rows, cols, 3) mm: the nodes."""
+        """Return the nodes, (rows, cols, 3) mm."""
         rows, cols = self.heights.shape
         x, y = self.corner[0] + self.pitch * np.arange(cols), self.corner[1] - self.pitch * np.arange(rows)
         return np.dstack([*np.meshgrid(x, y), self.heights]).astype(np.float32)
 
     @cached_property
     def views(self) -> tuple[Field, Field]:
-        """(rows, cols, AZIMUTHS) twice: how much of a node's light comes past the horizon in each direction, and how
-        much the page in front of it would reflect there.
+        """Return the light past the horizon in each direction, and reflected.
 
-        Light that is alike from all sides, weighed by the cosine to the normal, is integrated up to the horizon and up
+        Light that is alike from all sides, weighted by the cosine to the normal, is integrated up to the horizon and up
         to the node's own plane: all of it is 1.
+        Returns (rows, cols, AZIMUTHS) twice: the fraction of a node's light, and how much the page in front of it would
+        reflect there.
         """
         normal = self.normals
         facing = normal[..., :1] * DIRECTIONS[0] + normal[..., 1:2] * DIRECTIONS[1]
@@ -84,16 +91,20 @@ class HorizonMap:
 
     @cached_property
     def openness(self) -> Field:
-        """(rows, cols) 0 to 1: how much of the light from above that its slope could get a node does get, against the
-        same for a plane of that slope alone, (1 + n_z) / 2."""
+        """Return how open each node is to the light from above, 0 to 1.
+
+        How much of the light that its slope could get a node does get, against the same for a plane of that slope
+        alone, (1 + n_z) / 2. Returns (rows, cols).
+        """
         share = self.views[0].sum(axis=2) / ((1 + self.normals[..., 2]) / 2)
         return np.asarray(np.clip(fill_nearest(share, np.isfinite(share)), 0, 1), dtype=np.float32)
 
 
 def _slices(upright: Field, facing: Field, rise: Field) -> Field:
-    """Light from above a rise, in slices of azimuth; upright and facing: the normal's parts along z and the azimuth.
+    """Return the light from above a rise, in slices of azimuth.
 
     With the polar angle p of the horizon, tan p = 1 / rise: sin² p, and sin 2p / 2.
+    upright, facing: the normal's parts along z and the azimuth.
     """
     squared = 1 / (1 + rise * rise)
     slices = upright * squared / 2 + facing * ((np.pi / 2 - np.arctan(rise)) - rise * squared) / 2
@@ -133,7 +144,7 @@ def horizon_map(relief: Relief) -> HorizonMap:
 
 
 def _steps(longest: int) -> Field:
-    """(k,) distances in nodes at which to look, up to the longest."""
+    """Return the distances (k,) to look at, in nodes, up to the longest."""
     steps = [1.0]
     while steps[-1] < np.hypot(longest, longest):
         steps.append(max(steps[-1] + 1.0, steps[-1] * GROWTH))
@@ -144,9 +155,10 @@ def _steps(longest: int) -> Field:
 def _horizon(
     heights: Field, ways: Field, steps: Field, pitch: float, first: int, slopes: Field, reaches: Field
 ) -> None:
-    """Write the horizon's slopes, and how far it is, of the rows from `first` on into (some rows, cols, len(ways)).
+    """Write the horizon's slopes, and how far it is.
 
-    All nodes of a row are advanced by the same reach at once, so that the heights read are contiguous in memory.
+    Of the rows from `first` on, into (some rows, cols, len(ways)). All nodes of a row are advanced by the same reach at
+    once, so that the heights read are contiguous in memory.
     """
     rows, cols = heights.shape
     one = np.float32(1)
@@ -174,7 +186,10 @@ def _horizon(
 
 @numba.njit(cache=True)
 def in_sight(slopes: Field, col: float, row: float, x: float, y: float, z: float) -> float:
-    """How much of a lamp in the direction (x, y, z) is seen from a node of a map of slopes: 0 to 1."""
+    """Return how much of a lamp is seen from a node, 0 to 1.
+
+    The lamp is in the direction (x, y, z); slopes: the map's.
+    """
     height, width, count = slopes.shape
     level = np.sqrt(x * x + y * y)
     col, row = min(max(col, 0.0), width - 1.001), min(max(row, 0.0), height - 1.001)

@@ -1,6 +1,7 @@
-"""Lamps, far or near, and ambient light, estimated from the picture of the page that they light.
+"""Estimates lamps, far or near, and ambient light.
 
-Bare paper gives back light in all directions alike (Lambert), so its brightness over the surface is the light's.
+They are estimated from the picture of the page that they light. Bare paper reflects light in all directions alike
+(Lambert), so its brightness over the surface is the light's.
 """
 
 from __future__ import annotations
@@ -24,13 +25,13 @@ SAMPLES = 1000  # of bare paper: thirteen unknowns, and lamps must be tried in h
 AZIMUTHS, POLARS = 12, np.radians([25.0, 45.0, 65.0])
 FIRST_NEARNESS = 7e-4  # per mm: between a desk lamp and a far one
 SIMPLEX = (0.15, 0.12, 5e-4)  # first steps of the search: radians, radians, per mm
-PROMISING = 0.995  # the first guess at a lamp must bring the deviation down to this share: no worse one ends well
-WORTH = 0.85  # a lamp must bring the deviation down to this share, or it explains figures and noise
+PROMISING = 0.995  # the first guess at a lamp must bring the deviation down to this fraction: no worse one ends well
+WORTH = 0.85  # a lamp must bring the deviation down to this fraction, or it explains figures and noise
 EVEN = 0.005  # of the light: less than the noise of a cell; what is that even needs no lamp to explain it
-RIDGE = 1e-5  # of the mean: a flat page tells lamp and room not apart, and none of them may grow without end
+RIDGE = 1e-5  # of the mean: a flat page does not separate lamp and room, and none of them may grow without end
 ONE_SIDED = 0.5  # of the room's light, over its slope: the quarter and the half of a light from one side
 CLOSEST_MM = 200.0  # no lamp stands nearer: the page would not fit under it
-ABOVE = 20.0  # nothing is brighter than bare paper: what lies above a first guess of its light weighs so much more
+ABOVE = 20.0  # nothing is brighter than bare paper: what lies above a first guess of its light weighs more by this
 OUTLYING = 3.0  # robust deviations: places farther off count as ink, figure or gloss
 DOUBTED = 0.1  # weight of a place that may be ink, in the judgement of lamps
 # Of the light: no narrower is the robust deviation taken, before all lamps are found and after.
@@ -38,10 +39,10 @@ FLOOR, LAST_FLOOR = 0.04, 0.01
 ROUNDS = 5
 TRIALS = 120  # of the search that refines one lamp: it ends within half a degree
 AT_BOUND = 1e-3  # radians and relative: ten times the tolerance of the search
-FIRST_TRIALS = 30  # from each height at first: enough to tell them apart
+FIRST_TRIALS = 30  # from each height at first: enough to distinguish them
 # Of the search for lamps whose place is nearly known: two degrees twice, and a seventh of the first guess.
 NEAR_SIMPLEX, NEAR_TRIALS = (0.03, 0.03, 1e-4), 100
-REFLECTANCES = (0.0, 0.7)  # of a dark page, and of paper with print on it, before the page tells
+REFLECTANCES = (0.0, 0.7)  # of a dark page, and of paper with print on it, before the page is known
 REFLECTED = 0.2  # first step of the search for it
 
 
@@ -81,15 +82,20 @@ def fit_light(colour: Field, places: Places, surroundings: Surroundings, labels:
 
 
 def at_bounds(light: Light) -> bool:
-    """Whether a lamp of a light stands at the horizon or as near as one may: then it was not found."""
+    """Return whether a lamp ended at the horizon or at the least distance.
+
+    Then it was not found.
+    """
     _, polar, near = light.lamps.T
     return bool((polar > np.pi / 2 - AT_BOUND).any() or (near > (1 - AT_BOUND) / CLOSEST_MM).any())
 
 
 def refit_light(light: Light, colour: Field, places: Places) -> Light:
-    """A light fitted anew to the linear colour (n, 3) of places of bare paper, its lamps near to where they are.
+    """Fit a light again to places of bare paper.
 
-    It is returned as it is when a lamp would have to take light away from these places: they show print.
+    Its lamps stay near to where they are. It is returned as it is when a lamp would have to remove light from these
+    places: they show print.
+    colour: (n, 3), linear.
     """
     brightness, terms = colour.mean(axis=1).astype(float), Terms(places, light.surroundings, light.middle)
     guess = _Guess(light.lamps, light.reflectance)
@@ -104,7 +110,11 @@ def refit_light(light: Light, colour: Field, places: Places) -> Light:
 
 
 def _light_of(guess: _Guess, fit: _Fit, colour: Field) -> Light:
-    """The light of lamps and room that explains the linear colour (n, 3) of most places of a fit."""
+    """Return the light that explains most places of a fit.
+
+    It consists of lamps and room.
+    colour: (n, 3), linear.
+    """
     fit = fit.reweighted(guess, LAST_FLOOR)
     channels = (replace(fit, brightness=colour[:, k].astype(float)) for k in range(3))
     strengths = np.stack([channel.strengths(guess) for channel in channels], axis=1)
@@ -112,9 +122,10 @@ def _light_of(guess: _Guess, fit: _Fit, colour: Field) -> Light:
 
 
 def _first_guess(brightness: Floats, places: Places) -> Floats:
-    """(n,) 1 for what may be bare paper: near the upper side of a light that varies slowly over page and slopes.
+    """Return 1 for places that may be bare paper, (n,).
 
-    Asymmetric least squares (Newey & Powell, Econometrica 55(4), 1987): ink only darkens.
+    They are near the upper side of a light that varies slowly over page and slopes: asymmetric least squares (Newey &
+    Powell, Econometrica 55(4), 1987), because ink only darkens.
     """
     reach = np.maximum(np.abs(places.points).max(axis=0), 1.0)
     x, y, _ = (places.points / reach).T.astype(float)
@@ -127,7 +138,10 @@ def _first_guess(brightness: Floats, places: Places) -> Floats:
 
 
 def _inlier_weights(rest: Floats, known: Mask, floor: float) -> Floats:
-    """(n,) 1 where what is left of the brightness lies with most of the known places, 0 elsewhere."""
+    """Return 1 where residuals are like those of most known places, (n,).
+
+    0 elsewhere.
+    """
     known = known if known.any() else np.ones(len(rest), bool)
     centre = float(np.median(rest[known]))
     deviation = robust_sigma(rest[known] - centre)
@@ -150,7 +164,10 @@ class _Fit:
 
     @cached_property
     def target(self) -> Floats:
-        """(n,) what the reduced terms are fitted to: the brightness, or 0 where the albedo is eliminated."""
+        """Return what the reduced terms are fitted to, (n,).
+
+        The brightness, or 0 where the albedo is eliminated.
+        """
         return np.where(self.labels == 1, self.brightness, 0.0)
 
     @cached_property
@@ -159,10 +176,11 @@ class _Fit:
         return OUTLYING * FLOOR * self.level
 
     def terms(self, guess: _Guess) -> Floats:
-        """(n, 4 + k): the room's light, its three slopes, and each lamp's light, reduced by the unknown albedos.
+        """Return the terms (n, 4 + k), reduced by the unknown albedos.
 
-        In a region of albedo a the brightness is b = a·t·s for terms t and strengths s. The best 1/a for given s is
-        linear in s, so that t·s − b/a = t'·s with t' = t − b (Σ w b t) / (Σ w b²).
+        The room's light, its three slopes, and each lamp's light. In a region of albedo a the brightness is b = a·t·s
+        for terms t and strengths s. The best 1/a for given s is linear in s, so that t·s − b/a = t'·s with t' = t − b
+        (Σ w b t) / (Σ w b²).
         """
         terms = self.of_places.of(guess.lamps, guess.reflectance)
         for label in self.others:
@@ -173,16 +191,19 @@ class _Fit:
 
     @cached_property
     def others(self) -> Ints:
-        """(m,) labels of the regions of unknown albedo."""
+        """Return the labels (m,) of the regions of unknown albedo."""
         return np.unique(self.labels[self.labels != 1])
 
     def strengths(self, guess: _Guess) -> Floats:
-        """(4 + k,) the best strengths of room and lamps."""
+        """Return the best strengths (4 + k,) of room and lamps."""
         normal, right = _normal_equations(self.terms(guess), self.target, self.weights)
         return np.asarray(_strengths(normal, right))
 
     def residual(self, guess: _Guess) -> Floats:
-        """(n,) what the best strengths of room and lamps leave of the brightness."""
+        """Return the residual (n,) of the brightness at the best strengths.
+
+        Of room and lamps.
+        """
         terms = self.terms(guess)
         return np.asarray(self.target - terms @ _solve(terms, self.target, self.weights))
 
@@ -194,9 +215,10 @@ class _Fit:
         return float(_truncated_rms(self.terms(guess), self.target, self.weights, self.cap, doubted))
 
     def better(self, found: _Guess, guess: _Guess, share: float) -> bool:
-        """Whether what is found brings the deviation down to a share of what another guess leaves.
+        """Return whether a guess reduces the deviation to a fraction.
 
-        Either they explain bare paper better, or a shadow that was taken for ink.
+        Of the deviation that another guess leaves. Either it explains bare paper better, or a shadow that was mistaken
+        for ink.
         """
         return any(self.deviation(found, doubt) <= share * self.deviation(guess, doubt) for doubt in (0.0, DOUBTED))
 
@@ -209,7 +231,10 @@ class _Fit:
 
 
 def _starts(guess: _Guess, fit: _Fit) -> list[_Guess]:
-    """The lamps and one more, looked for all over the sky: the best at each height, as shadows part heights."""
+    """Return starts with one more lamp, over the whole sky.
+
+    The best at each height, as shadows part heights.
+    """
     azimuths = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
     rings = ([np.vstack([guess.lamps, (azimuth, polar, FIRST_NEARNESS)]) for azimuth in azimuths] for polar in POLARS)
     return [min((replace(guess, lamps=lamps) for lamps in ring), key=fit.deviation) for ring in rings]
@@ -222,7 +247,11 @@ def _refined(
     trials: int = TRIALS,
     doubted: float = DOUBTED,
 ) -> _Guess:
-    """All lamps moved to where they leave least, and the reflectance, by first steps and so many trials for each."""
+    """Refine all lamps, and the reflectance, to the least residual.
+
+    steps: first steps.
+    trials: for each of them.
+    """
 
     def unpacked(flat: Floats) -> _Guess:
         return _Guess(flat[:-1].reshape(-1, 3), float(flat[-1]))

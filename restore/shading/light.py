@@ -1,9 +1,9 @@
-"""Light on places of a page: of the room, and of lamps, far or near, as far as the page itself lets it through.
+"""Light on places of a page: of the room, and of lamps, far or near.
 
-What comes from a lamp goes with the cosine to it over the square of the distance, and only where the lamp is in sight;
-what comes from the room is nearly the same on all slopes (Basri & Jacobs, "Lambertian reflectance and linear
-subspaces", TPAMI 25(2), 2003, eq. 17: a constant and three terms linear in the normal hold most of it), less in
-hollows. The page reflects a share of both to itself.
+As far as the page itself lets it through. The light of a lamp is proportional to the cosine to it over the square of
+the distance, and only where the lamp is in sight; that of the room is nearly the same on all slopes (Basri & Jacobs,
+"Lambertian reflectance and linear subspaces", TPAMI 25(2), 2003, eq. 17: a constant and three terms linear in the
+normal hold most of it), less in hollows. The page reflects a fraction of both to itself.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ ROOM = 4  # terms: the room's light and its slopes along x, y, z
 class Light:
     """The light found.
 
-    lamps        (k, 3): azimuth and polar angle in the frame of the relief, seen from `middle` (3,) mm, and nearness,
-                 the inverse of the distance per mm, 0 for a lamp that is far away.
-    reflectance  0 to 1: share of the light that the page reflects.
-    strengths    (4 + k, 3): of the room, its slopes along x, y, z, and each lamp, per colour channel.
+    lamps: (k, 3), azimuth and polar angle in the frame of the relief, seen from `middle` (3,) mm, and nearness, the
+        inverse of the distance per mm, 0 for a lamp that is far away.
+    reflectance: 0 to 1, fraction of the light that the page reflects.
+    strengths: (4 + k, 3), of the room, its slopes along x, y, z, and each lamp, per colour channel.
     """
 
     lamps: Floats
@@ -41,7 +41,7 @@ class Light:
     surroundings: Surroundings
 
     def irradiance(self, places: Places) -> Field:
-        """(n, 3) light on places of the page."""
+        """Return the light (n, 3) on places of the page."""
         light, strengths = np.empty((len(places.points), 3), np.float32), self.strengths.astype(np.float32)
         patches = direct_terms(self.surroundings.patches, self.surroundings, self.middle, self.lamps) @ self.strengths
         reflected = self.surroundings.reflected((self.reflectance * patches).astype(np.float32))
@@ -65,11 +65,17 @@ class Light:
         return light
 
     def terms(self, places: Places) -> Floats:
-        """(n, 4 + k) the light of the room, its three slopes, and of each lamp, of strength 1 on places of the page."""
+        """Return the terms (n, 4 + k) of light of strength 1 on places.
+
+        Of the room, its three slopes, and each lamp.
+        """
         return Terms(places, self.surroundings, self.middle).of(self.lamps, self.reflectance)
 
     def shadows(self, lamp: int, places: Places) -> Mask:
-        """(n,) True where the page itself hides a lamp, or half of it, from its places."""
+        """Return the places (n,) from which the page hides a lamp.
+
+        Or half of it.
+        """
         shadows = np.empty(len(places.points), bool)
 
         def cast(band: slice) -> None:
@@ -87,22 +93,30 @@ class Light:
 
     @property
     def level(self) -> Field:
-        """(3,) the light on the page lying flat, in its middle, with nothing before it."""
+        """Return the light (3,) on the flat page, in its centre.
+
+        With nothing before it.
+        """
         upright = np.array([1.0, 0.0, 0.0, 1.0, *np.cos(self.lamps[:, 1])])
         return np.asarray(upright @ self.strengths, dtype=np.float32)
 
 
 @dataclass(frozen=True, eq=False)
 class Terms:
-    """What falls on places from lamps that are yet to be found, seen from `middle` (3,) mm."""
+    """Light on places from lamps that are yet to be found.
+
+    The lamps are seen from `middle` (3,) mm.
+    """
 
     places: Places
     surroundings: Surroundings
     middle: Field
 
     def of(self, lamps: Floats, reflectance: float) -> Floats:
-        """(n, 4 + k) the light of the room, its three slopes, and of each lamp (k, 3), of strength 1, with what a page
-        of some reflectance makes of it."""
+        """Return the terms (n, 4 + k) of light of strength 1, with reflections.
+
+        Of the room, its three slopes, and each lamp (k, 3); a page of some reflectance adds to them.
+        """
         from_patches = direct_terms(self.surroundings.patches, self.surroundings, self.middle, lamps)
         return direct_terms(self.places, self.surroundings, self.middle, lamps) + reflectance * (
             self._shares @ from_patches
@@ -114,7 +128,10 @@ class Terms:
 
 
 def direct_terms(places: Places, surroundings: Surroundings, middle: Field, lamps: Floats) -> Floats:
-    """(n, 4 + k) the light of the room, its three slopes, and of lamps (k, 3) as `Light` has them, on places."""
+    """Return the terms (n, 4 + k) of direct light on places.
+
+    Of the room, its three slopes, and of lamps (k, 3) as `Light` has them.
+    """
     return np.asarray(
         _design_matrix(
             places.points, places.normals, places.openness, places.nodes, surroundings.horizon.slopes, middle, lamps
@@ -126,7 +143,10 @@ def direct_terms(places: Places, surroundings: Surroundings, middle: Field, lamp
 def _design_matrix(
     points: Field, normals: Field, openness: Field, nodes: Field, slopes: Field, middle: Field, lamps: Floats
 ) -> Floats:
-    """(n, 4 + k) the room's light and its three slopes, and each lamp's light."""
+    """Return the room's light, its three slopes, and each lamp's light.
+
+    Returns (n, 4 + k).
+    """
     terms = np.empty((len(points), ROOM + len(lamps)))
     for n in range(len(points)):
         terms[n, 0] = openness[n]
@@ -141,7 +161,10 @@ def _design_matrix(
 def _lamp(
     points: Field, normals: Field, nodes: Field, slopes: Field, middle: Field, azimuth: float, polar: float, near: float
 ) -> Field:
-    """(n,) light of one lamp: 1 on a place in the page's middle that faces it."""
+    """Return the light (n,) of one lamp.
+
+    1 on a place in the page's centre that faces it.
+    """
     x = np.sin(polar) * np.cos(azimuth)
     y = np.sin(polar) * np.sin(azimuth)
     z = np.cos(polar)
@@ -170,7 +193,11 @@ def _light(
     strengths: Field,
     out: Field,
 ) -> None:
-    """Write the light of the room and all lamps, and that reflected to nodes (rows, cols, 3), into out (n, 3)."""
+    """Write the light of room and lamps, and that reflected, into out.
+
+    reflected: (rows, cols, 3), to nodes.
+    out: (n, 3).
+    """
     rows, cols, _ = reflected.shape
     for n in range(len(points)):
         col, row = min(max(nodes[n, 0], 0.0), cols - 1.001), min(max(nodes[n, 1], 0.0), rows - 1.001)

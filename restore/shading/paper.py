@@ -1,4 +1,4 @@
-"""Where a page may show bare paper, told by brightness and hue alone."""
+"""Where a page may show bare paper, by brightness and hue alone."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from restore.texture.page import MM_PER_INCH
 
 LOCAL_MM = 20.0  # the brightest thing within this distance is paper
 PAPER_SHARE = 0.6  # of that light: darker is ink or picture
-HUE = 0.05  # of a channel's share in the colour: lamps of several colours differ by less, inks by more
+HUE = 0.05  # of a channel's fraction of the colour: lamps of several colours differ by less, inks by more
 CLIPPED = 252  # code above which the sensor may be full and the light unknown
 SHRINK = 4  # of the cells for the brightest one near each, which varies slowly
-SPARED = 7  # of the cells one in so many tells the hue
+SPARED = 7  # every seventh cell suffices for the hue
 
 
 def paper_candidates(colour: Field, inside: Mask, dpi: float) -> Mask:
-    """(r, c) where a page of linear colour (r, c, 3), `dpi` cells to the inch, may show bare paper.
+    """Return where a page may show bare paper, (r, c).
 
-    It is as bright as its surroundings, of the paper's hue, and beside no ink.
+    It is as bright as its surroundings, of the paper's hue, and not next to ink.
+    colour: (r, c, 3), linear, with `dpi` cells to the inch.
     """
     total = total_of(colour)
     brightness = np.where(inside, total, np.float32(0))

@@ -1,7 +1,7 @@
-"""Contrast of print against its surroundings, which dividing out the light must not lower.
+"""Contrast of print against its surroundings, which removing light must not lower.
 
 A stroke is darker than what lies on both of its sides. A factor that varies slowly leaves that ratio as it is; a wrong
-light that is divided out drives paper and strokes to white together.
+light that is removed drives paper and strokes to white together.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from restore.shading.shadow_edges import STROKE
 
 
 def loses_print(colour: Field, gain: Field, inside: Mask) -> bool:
-    """Whether a gain (r, c, 3) takes contrast from the print of a page for certain.
+    """Return whether a gain lowers the contrast of the print of a page.
 
-    colour (r, c, 3): linear, 1 is white. inside (r, c): where the page is. What is narrow and dark in the light itself
-    may go; more may not.
+    It must do so by CERTAIN standard errors. What is narrow and dark in the light itself may go.
+    colour, gain (r, c, 3): linear, 1 is white. inside (r, c): where the page is.
     """
     after = np.minimum(colour * gain, np.float32(1))
     lost = _contrast(colour) - _contrast(after) - _contrast(1 / np.maximum(gain, SINGLE_TINY))

@@ -1,9 +1,9 @@
-"""Regions of constant print, and how well a light explains the brightness within them.
+"""Regions of constant print, and the brightness within them.
 
 Within a patch of one ink, or of bare paper, every change of brightness is the light's, whatever the patch reflects: an
 edge of print bounds the patch, and its albedo is one unknown (Land & McCann, "Lightness and Retinex theory", J. Opt.
-Soc. Am. 61(1), 1971). Smooth gradients inside a picture cannot be told from light this way: they are scatter that no
-light explains, and so they count against every one.
+Soc. Am. 61(1), 1971). Smooth gradients inside a picture cannot be distinguished from light this way: they are scatter
+that no light explains, and so they count against every one.
 """
 
 from __future__ import annotations
@@ -21,48 +21,56 @@ from restore.shading.relief import Field
 WINDOW = 3  # cells: over less noise makes edges, over more the gaps between lines of print are lost
 EDGE = 0.12  # of the brightness, over two windows: a shaded curl of 60° over 20 mm changes by less
 CREASE_EDGE = 0.7  # of its logarithm: light halves across a sharp fold, ink takes more
-CHROMA_EDGE = 0.01  # of a channel's share in the colour, over two windows: a tint of ΔE 3 shows as much, lamps less
+CHROMA_EDGE = 0.01  # of a channel's fraction of the colour, over two windows: a tint of ΔE 3 shows as much, lamps less
 NOISE_RANGE = 4.0  # standard deviations between the least and the greatest of nine windows
 SHARP = 0.02  # of the normal, from window to window: a crease, where light may change as abruptly as print
-LEAST_SHARE = 0.003  # of the page: 190 mm² of A4; smaller patches hold no gradient
+MIN_SHARE = 0.003  # of the page: 190 mm² of A4; smaller patches hold no gradient
 MAX_REGIONS = 24
 
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """labels (r, c): 1 to count are the regions from the largest to the smallest, 0 is none."""
+    """Regions of constant print.
+
+    labels: (r, c), 1 to count from the largest to the smallest region, 0 outside.
+    """
 
     labels: Ints
     count: int
 
     @property
     def largest(self) -> Mask:
-        """(r, c) where the largest region is."""
+        """Return where the largest region is, (r, c)."""
         return np.asarray(self.labels == 1)
 
     def share(self, inside: Mask) -> float:
-        """Share of the page (r, c) that lies in any region."""
+        """Return the fraction of the page (r, c) that lies in any region."""
         return float((self.labels > 0).sum() / max(int(inside.sum()), 1))
 
 
 def regions_of(colour: Field, normals: Field, inside: Mask, crease_edge: float = CREASE_EDGE) -> Regions:
-    """Regions of constant print of a page with linear colour (r, c, 3) and normals (r, c, 3).
+    """Return the regions of constant print of a page.
 
-    crease_edge: of the logarithm of the brightness, what is taken for print along creases.
+    colour: (r, c, 3), linear.
+    normals: (r, c, 3).
+    crease_edge: of the logarithm of the brightness, what counts as print along creases.
     """
     patches = patches_of(colour, normals, inside, EDGE, crease_edge)
     areas = np.bincount(patches.ravel())
     areas[_hue_spread(colour, patches, areas) > HUE] = 0
     areas[0] = 0
     order = np.argsort(-areas, kind="stable")[:MAX_REGIONS]
-    order = order[areas[order] >= max(LEAST_SHARE * inside.sum(), 1)]
+    order = order[areas[order] >= max(MIN_SHARE * inside.sum(), 1)]
     renamed = np.zeros(len(areas), np.int64)
     renamed[order] = np.arange(1, len(order) + 1)
     return Regions(renamed[patches], len(order))
 
 
 def _hue_spread(colour: Field, patches: Ints, areas: Ints) -> Floats:
-    """(n,) standard deviation of a channel's share in the colour over every patch, the greater of red and blue."""
+    """Return the spread (n,) of the hue over every patch.
+
+    Standard deviation of a channel's fraction of the colour, the greater of red and blue.
+    """
     total = np.maximum(cv2.blur(cv2.transform(colour, np.ones((1, 3))), (WINDOW, WINDOW)), SINGLE_TINY)
     spreads = []
     for k in (0, 2):
@@ -73,10 +81,11 @@ def _hue_spread(colour: Field, patches: Ints, areas: Ints) -> Floats:
 
 
 def patches_of(colour: Field, normals: Field, inside: Mask, edge: float, crease_edge: float) -> Ints:
-    """(r, c) int32 numbers of the connected patches without an edge of print, 0 on edges.
+    """Return the numbers (r, c) int32 of connected patches of print.
 
-    edge, crease_edge: of the logarithm of the brightness, over two windows, on the smooth page and along creases;
-    noise is allowed for.
+    Without an edge of print; 0 on edges.
+    edge, crease_edge: of the logarithm of the brightness, over two windows, on the smooth page and along creases; noise
+        is allowed for.
     """
     total = np.maximum(cv2.transform(colour, np.ones((1, 3))), SINGLE_TINY)
     mean = cv2.blur(total, (WINDOW, WINDOW))
@@ -93,16 +102,20 @@ def patches_of(colour: Field, normals: Field, inside: Mask, edge: float, crease_
 
 
 def relative_noise(total: Field, mean: Field, inside: Mask) -> Field:
-    """(r, c) standard deviation of a window's mean brightness, as a share of it; total, mean (r, c): three channels."""
+    """Return the relative noise (r, c) of a window's mean brightness.
+
+    Its standard deviation.
+    total, mean: (r, c), three channels.
+    """
     # A code of a display is about the root 2.2 of the light.
     return np.asarray(2.2 * _noise(total, inside) / (mean / 3) ** (1 / 2.2) / WINDOW)
 
 
 def _noise(total: Field, inside: Mask) -> float:
-    """Standard deviation of a cell's brightness in display codes, 0 to 1, from the plainest quarter of the page.
+    """Return the standard deviation of a cell's brightness.
 
-    J. Immerkær, "Fast noise variance estimation", Computer Vision and Image Understanding 64(2), 1996: a kernel that
-    gives nothing on planes.
+    In display codes, 0 to 1, from the plainest quarter of the page. J. Immerkær, "Fast noise variance estimation",
+    Computer Vision and Image Understanding 64(2), 1996: a kernel that gives nothing on planes.
     """
     code = (total / 3) ** np.float32(1 / 2.2)
     kernel = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
@@ -123,16 +136,21 @@ def _log_range(field: Field) -> Field:
 
 
 def _creased(normals: Field) -> Mask:
-    """(r, c) where the normals change from window to window as they do across a crease."""
+    """Return where the normals change as across a crease, (r, c).
+
+    From window to window.
+    """
     known = np.nan_to_num(normals)
     change = np.max([_range(cv2.blur(known[..., k], (WINDOW, WINDOW))) for k in range(3)], axis=0)
     return np.asarray(change > SHARP * WINDOW)
 
 
 def unexplained(brightness: Floats, light: Floats, labels: Ints, cap: float) -> Floats:
-    """(n,) squared deviations of log brightness from log light, less the median of each region, at most cap².
+    """Return squared deviations (n,) of log brightness from log light.
 
-    brightness, light (n,) positive; labels (n,) regions.
+    Less the median of each region, at most cap².
+    brightness, light: (n,), positive.
+    labels: (n,), regions.
     """
     rest = np.log(np.maximum(brightness, SINGLE_TINY)) - np.log(np.maximum(light, SINGLE_TINY))
     for label in np.unique(labels):

@@ -19,12 +19,13 @@ NormalsOn = Callable[[FlatMesh, float, Floats], Field]
 
 @dataclass(frozen=True, eq=False)
 class Relief:
-    """The warped page over the flat one, at `dpi` pixels to the inch, in a frame whose z is the page's mean normal.
+    """Warped page over the flat one, at `dpi` pixels to the inch.
 
-    points   (h, w, 3) mm, NaN off the page.
-    normals  (h, w, 3) of unit length on the printed side, NaN off the page.
-    vertices (n, 3) mm and faces (m, 3): the mesh they came from, in the same frame.
-    axes     (3, 3) rows x, y, z of the frame, and origin (3,) mm, both in the scanner's.
+    Its frame has the page's mean normal as z.
+    points: (h, w, 3) mm, NaN off the page.
+    normals: (h, w, 3), of unit length on the printed side, NaN off the page.
+    vertices, faces: (n, 3) mm and (m, 3), the mesh they came from, in the same frame.
+    axes: (3, 3), rows x, y, z of the frame, and origin (3,) mm, both in the scanner's.
     """
 
     points: Field
@@ -37,12 +38,15 @@ class Relief:
 
     @property
     def inside(self) -> Mask:
-        """(h, w) True on the page."""
+        """Return where the page is, (h, w) bool."""
         return np.asarray(np.isfinite(self.points[..., 2]))
 
 
 def relief_of(fine: FlatMesh, normals_on: NormalsOn, dpi: float) -> Relief:
-    """Relief of a flat page at `dpi` pixels to the inch; normals_on: as `Prepared` has it."""
+    """Return the relief of a flat page at `dpi` pixels to the inch.
+
+    normals_on: as `Prepared` has it.
+    """
     posed = pose_on_table(fine.vertices, fine.faces)
     points = page_map(fine.flat, fine.faces, posed.positions, dpi)
     normals = normals_on(fine, dpi, posed.axes)

@@ -1,9 +1,9 @@
-"""Divide light and shadow out of the page.
+"""Removes light and shadow from the page.
 
-The paper's way: ink is masked, the bare paper's brightness is continued under it by a smooth surface, and the page is
-divided by that surface (Zhang, Yip & Tan, "Removing shading distortions in camera-based document images", 2007). Here
-the shape of the page tells first what light must have fallen on it, over creases and under figures too; the smooth
-surface only takes what is left.
+Known for bare paper: ink is masked, the bare paper's brightness is continued under it by a smooth surface, and the page
+is divided by that surface (Zhang, Yip & Tan, "Removing shading distortions in camera-based document images", 2007).
+Here the shape of the page first determines what light must have fallen on it, over creases and under figures too; the
+smooth surface only takes the rest.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from restore.scan import Bytes, Floats, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollows
 from restore.shading.divide import divided
-from restore.shading.estimate import DIMMEST, LEAST_PAPER, Estimate, Judges, estimate_again, estimate_light
+from restore.shading.estimate import DIMMEST, MIN_PAPER, Estimate, Judges, estimate_again, estimate_light
 from restore.shading.horizon_map import fill_nearest
 from restore.shading.paper import paper_candidates
 from restore.shading.print_contrast import loses_print
@@ -32,18 +32,22 @@ from restore.shading.steps import Steps, find_steps, place_steps
 from restore.shading.surroundings import places_of, surroundings_of
 
 LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow is known more exactly
-BRIGHT_PRINT = 0.04  # of the page: where more of it is brighter than the ground, the ground is no paper
+BRIGHT_PRINT = 0.04  # of the page: where more of it is brighter than the ground, the ground is not paper
 MAX_GAIN = 8.0  # three stops: a deeper shadow holds no picture to bring back, only noise
 # Cells by which a crease or the edge of a shadow may be misplaced: half a sample of the range grid, and as much between
 # shape and picture.
 UNCERTAIN = 2
 BRIGHTEST = 1.3  # of the paper's light in one channel: printed on white, no ink gives back more
-SPARED = 7  # of the cells one in so many tells how uneven they are
+SPARED = 7  # every seventh cell suffices for their unevenness
 
 
 @dataclass(frozen=True, eq=False)
 class ShadingResult:
-    """A page with its shading removed: image (h, w, 3) uint8, and the report on it (JSON values)."""
+    """Page without its shading.
+
+    image: (h, w, 3) uint8.
+    report: JSON values.
+    """
 
     image: Bytes
     report: dict[str, Any]
@@ -72,12 +76,12 @@ def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:
     """Find the light of a page (h, w, 3) uint8 painted at LIGHT_DPI, as its relief is.
 
     mask (h, w): where the page is.
-    Where the page does not tell its light for certain the light is kept, and the report gives the reason.
+    Where the page does not tell its light reliably the light is kept, and the report gives the reason.
     """
     # A cell at the edge of the page may have the colours of what lies next to it.
     inside = relief.inside & (cv2.erode(mask.view(np.uint8), np.ones((3, 3), np.uint8), borderValue=1) > 0)
     colour = np.asarray(cv2.LUT(image, LINEAR))
-    if inside.sum() < LEAST_PAPER:
+    if inside.sum() < MIN_PAPER:
         return _kept("the page is too small")
     regions = regions_of(colour, relief.normals, inside)
     judges = Judges.of(colour, regions, inside)
@@ -113,8 +117,11 @@ def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:
 
 
 def _better(surface: Field, expected: Field, judges: Judges, ground: Mask) -> bool:
-    """Whether a light (cells, 3) with its residual explains the regions better than without, and those away from the
-    ground (cells,), which the residual was not fitted to, not worse for certain."""
+    """Return whether a light explains the regions better with its residual.
+
+    And those away from the ground (cells,), which the residual was not fitted to, not reliably worse.
+    expected: (cells, 3).
+    """
     away = judges[~ground[judges.cells]]
     return judges.gain(surface, expected)[0] > 0 and not away.prefer(expected, surface)
 
@@ -133,9 +140,12 @@ def _told_by(found: Estimate) -> dict[str, Any]:
 def _corrected(
     seen: Field, expected: Field, residual: Residual, inside: Mask, openness: Field, stretch: Field
 ) -> Field:
-    """(r, c, 3) the light with its residual, and along creases where the ground is paper.
+    """Return the light with its residual, and along creases.
 
-    openness (r, c): share of the room in sight; stretch (r, c): cells of the page to one seen from above.
+    The creases count where the ground is paper.
+    openness: (r, c), fraction of the room in sight.
+    stretch: (r, c), cells of the page to one seen from above.
+    Returns (r, c, 3).
     """
     surface = expected * residual.surface
     ratio = seen / (surface * residual.colour)
@@ -153,10 +163,10 @@ def _corrected(
 
 
 def _excess_light(ratio: Field, inside: Mask) -> Field:
-    """(r, c) factor by which the light must exceed the fitted light, 1 almost everywhere.
+    """Return by what factor the light must exceed the fitted light.
 
-    No ink is brighter than paper in all channels, and none much brighter in one: what seems to be lies beside a crease
-    or a shadow that is not quite where it was thought to be.
+    No ink is brighter than paper in all channels, and none much brighter in one: what seems to be lies next to a crease
+    or a shadow that is not quite where it was assumed. Returns (r, c), 1 almost everywhere.
     """
     above = np.maximum(lowest(ratio) / (1 + CONTRAST / 2), highest(ratio) / BRIGHTEST)
     above = np.where(inside, np.maximum(above, 1), 1).astype(np.float32)

@@ -1,8 +1,9 @@
-"""What the fitted light leaves of the brightness of the page's ground: a smooth surface, measured on the ground alone.
+"""Residual of the fitted light on the page's ground.
 
-The ground is the paper of a page, or the one ink that covers most of it. It is found from its largest patch on: a patch
-belongs to it when it has the ground's colour where it lies, by the surface that the ground has given so far. A pale
-tint or a grey field differs from that by its edge, and is print, however large it is.
+It is a smooth surface, measured on the ground alone. The ground is the paper of a page, or the one ink that covers most
+of it. It is found from its largest patch on: a patch belongs to it when it has the ground's colour where it lies, by
+the surface that the ground has given so far. A pale tint or a grey field differs from that by its edge, and is print,
+however large it is.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from restore.numerics.limits import SINGLE_TINY
 from restore.scan import Floats, Ints, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
-from restore.shading.regions import LEAST_SHARE, NOISE_RANGE, WINDOW, patches_of, relative_noise
+from restore.shading.regions import MIN_SHARE, NOISE_RANGE, WINDOW, patches_of, relative_noise
 from restore.shading.relief import Field
 from restore.texture.page import MM_PER_INCH
 
@@ -23,17 +24,21 @@ CONTRAST = 0.12  # of the ground: patches nearer to it than this may be where it
 SAME = 0.03  # of the ground, in every channel: a patch that differs by less has its colour; ΔE 3 is 5 % of the light
 TINT = 0.06  # of it, from channel to channel: noise of a dim cell stays below
 NEAR_MM, FAR_MM = 6.0, 30.0  # widths of the surface: on the ground, and under figures
-FAR_SHARE = 1e-3  # of the wide surface: it counts only where there is no ground near
+FAR_SHARE = 1e-3  # of the wide surface: it counts only away from the ground
 SHRINK = 4  # of the cells for that surface, which is smooth
 ROUNDS = 3  # of patches joining the ground
 EDGE = 0.025  # of the ratio, over two windows, which show two thirds of a step: what the lamps leave changes by less
 CREASE_EDGE = 0.06  # along creases, where the lamps leave a step
-SPARED = 7  # of the cells one in so many tells the level
+SPARED = 7  # every seventh cell suffices for the level
 
 
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """surface (r, c, 1): what is left of the ground's brightness, 1 on average; ground (r, c) and its colour (3,)."""
+    """Residual of the ground's brightness.
+
+    surface: (r, c, 1), 1 on average.
+    ground: (r, c), and its colour (3,).
+    """
 
     surface: Field
     ground: Mask
@@ -51,7 +56,7 @@ def residual_light(ratio: Field, normals: Field, inside: Mask, dpi: float) -> Re
     smooth = np.ones_like(ratio[..., :1])
     plain = inside & ~_tinted(ratio, inside)
     ground = _core(ratio, patches) & plain
-    if ground.sum() < LEAST_SHARE * inside.sum():
+    if ground.sum() < MIN_SHARE * inside.sum():
         return Residual(smooth, np.zeros_like(inside), level)
     for _ in range(ROUNDS):
         smooth = _surface(ratio, ground, dpi)
@@ -63,7 +68,7 @@ def residual_light(ratio: Field, normals: Field, inside: Mask, dpi: float) -> Re
 
 
 def _core(ratio: Field, patches: Ints) -> Mask:
-    """(r, c) the largest patch of about the ground's colour."""
+    """Return the largest patch of about the ground's colour, (r, c)."""
     areas, means = _means(ratio, patches)
     areas = np.where((np.abs(means - 1) < CONTRAST).all(axis=1), areas, 0)
     areas[0] = 0
@@ -71,7 +76,7 @@ def _core(ratio: Field, patches: Ints) -> Mask:
 
 
 def _alike(unit: Field, patches: Ints) -> Mask:
-    """(n,) whether the patch of each number has the colour 1 in all channels."""
+    """Return whether each patch has the colour 1 in all channels, (n,)."""
     _, means = _means(unit, patches)
     return np.asarray((np.abs(means - 1) < SAME).all(axis=1))
 
@@ -85,21 +90,25 @@ def _means(field: Field, patches: Ints) -> tuple[Floats, Floats]:
 
 
 def _tinted(ratio: Field, inside: Mask) -> Mask:
-    """(r, c) where a ratio (r, c, 3) differs from channel to channel: the lamps' own colours are divided out of it."""
+    """Return where a ratio (r, c, 3) differs between channels, (r, c).
+
+    The lamps' own colours have been removed from it.
+    """
     calm = np.maximum(cv2.blur(ratio, (WINDOW, WINDOW)), SINGLE_TINY)
     high, noise = highest(calm), relative_noise(total_of(ratio), total_of(calm), inside)
     return np.asarray(high - lowest(calm) > (TINT + NOISE_RANGE * noise) * high)
 
 
 def _near(unit: Field, tolerance: float) -> Mask:
-    """(r, c) where a ratio (r, c, 3) is 1, give or take a tolerance."""
+    """Return where a ratio (r, c, 3) is 1 within a tolerance, (r, c)."""
     return np.asarray((lowest(unit) > 1 - tolerance) & (highest(unit) < 1 + tolerance))
 
 
 def _surface(ratio: Field, ground: Mask, dpi: float) -> Field:
-    """(r, c, 1) weighted mean of the ground's brightness round every cell; continued under ink and figures.
+    """Return the weighted mean of the ground's brightness round every cell.
 
-    One for all channels: what the lamps leave is of their colour, and a faint tint is print.
+    Continued under ink and figures. One for all channels: what the lamps leave is of their colour, and a faint tint is
+    print. Returns (r, c, 1).
     """
     size = tuple(-(-n // SHRINK) for n in ground.shape[::-1])
     brightness = np.where(ground, total_of(ratio) / 3, np.float32(0))
@@ -116,9 +125,11 @@ def _surface(ratio: Field, ground: Mask, dpi: float) -> Field:
 
 
 def _level(colours: Field) -> Field:
-    """(3,) commonest of the colours (n, 3) near 1: that of the ground, since the light was fitted to it.
+    """Return the commonest colour near 1, that of the ground.
 
-    One brightness is looked for, and the median colour at it, so that no channel is taken from another print.
+    The light was fitted to it. One brightness is looked for, and the median colour at it, so that no channel is taken
+    from another print.
+    colours: (n, 3). Returns (3,).
     """
     colours = colours[(np.abs(colours - 1) < 2 * CONTRAST).all(axis=1)]
     if not len(colours):

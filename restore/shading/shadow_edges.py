@@ -1,9 +1,9 @@
-"""Lamps placed by the edges of the shadows that the page casts on itself.
+"""Places lamps by the edges of the shadows of the page on itself.
 
-A shadow beside paper in full light looks like ink, and is then none of the bare paper that lamps are fitted to. Yet the
-edges of shadows tell exactly where a lamp stands, as the light on slopes does not: a degree of a raking lamp moves them
-by millimetres. They are near to where a first fit predicts them; there, the strokes of letters are closed over by the
-paper round them, and every cell counts, in light and in shadow alike.
+A shadow next to paper in full light looks like ink, and is then not part of the bare paper that lamps are fitted to.
+Yet the edges of shadows determine exactly where a lamp stands, as the light on slopes does not: a degree of a raking
+lamp moves them by millimetres. They are near to where a first fit predicts them; there, the strokes of letters are
+closed over by the paper round them, and every cell counts, in light and in shadow alike.
 """
 
 from __future__ import annotations
@@ -20,25 +20,26 @@ from restore.shading.surroundings import Places
 
 REACH = 19  # cells, 8 mm: edges lie no farther from where a first fit predicts them
 STROKE = 5  # cells, 2.1 mm: what is darker and narrower is closed over
-LEAST_CELLS = 100  # fewer place no lamp better
+MIN_CELLS = 100  # fewer place no lamp better
 EDGES = 2 * SAMPLES
 
 
 def place_lamps(light: Light, colour: Field, paper: Ints, places: Places, inside: Mask) -> Light:
-    """A light fitted anew, its lamps placed where the edges of their shadows are; as it is without any such edges.
+    """Fit a light again, its lamps placed by the edges of shadows.
 
-    colour (r, c, 3): linear, of cells at places (r · c), those of a mask (r, c) on the page. paper (k,): cells that the
-    light was fitted to.
+    It is returned as it is without any such edges.
+    colour: (r, c, 3), linear, of cells at places (r · c), those of a mask (r, c) on the page.
+    paper: (k,), cells that the light was fitted to.
     """
     edges = np.flatnonzero(inside & _near_shadow_edges(light, places, inside))
-    if len(edges) < LEAST_CELLS:
+    if len(edges) < MIN_CELLS:
         return light
     chosen = np.union1d(paper, edges[:: max(1, len(edges) // EDGES)])
     return refit_light(light, as_list(_closed(colour, inside))[chosen], places[chosen])
 
 
 def _near_shadow_edges(light: Light, places: Places, inside: Mask) -> Mask:
-    """(r, c) True within REACH of the edge of a shadow that a lamp is predicted to cast."""
+    """Return the cells within REACH of a predicted shadow's edge, (r, c)."""
     around = np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8)
     near = np.zeros(inside.shape, bool)
     for lamp in range(len(light.lamps)):
@@ -48,6 +49,9 @@ def _near_shadow_edges(light: Light, places: Places, inside: Mask) -> Mask:
 
 
 def _closed(colour: Field, inside: Mask) -> Field:
-    """(r, c, 3) the colour of a page without strokes: a closing, which leaves the edges of shadows where they are."""
+    """Return the colour of a page without strokes, (r, c, 3).
+
+    A closing, which leaves the edges of shadows where they are.
+    """
     window = np.ones((STROKE, STROKE), np.uint8)
     return np.asarray(cv2.morphologyEx(colour * inside[..., None], cv2.MORPH_CLOSE, window))

@@ -1,8 +1,9 @@
-"""Steps of the light across creases, sharp at any resolution, and placed by the picture itself.
+"""Steps of the light across creases, sharp at any resolution.
 
-Light computed from facets changes abruptly from one to the next, at a place known to about a cell. The light on either
-side of a step is known, so what is left to find is how far the step is displaced and how wide the camera drew it. Both
-follow from the bare ground across it, as the maximum of their posterior density, by Gauss-Newton steps.
+They are placed by the picture itself. Light computed from facets changes abruptly from one to the next, at a place
+known to about a cell. The light on either side of a step is known, so what is left to find is how far the step is
+displaced and how wide the camera drew it. Both follow from the bare ground across it, as the maximum of their posterior
+density, by Gauss-Newton steps.
 """
 
 from __future__ import annotations
@@ -28,19 +29,19 @@ REACH = 3  # cells to either side, where a step so blurred has ended
 VISIBLE = 0.03  # of the light, ΔE 1: a smaller step is not seen
 ABRUPT = 0.5  # of the change over 2·REACH cells comes within two cells: in a constant gradient a third does
 NEAREST = 0.25  # of the change: what is nearer to one end of it belongs to that side
-LEAST_SIDE = 3  # cells
-FARTHEST = float(ndtri(0.997))  # widths: no more can be told of a distance from the blurred light
+MIN_SIDE = 3  # cells
+FARTHEST = float(ndtri(0.997))  # widths: the blurred light does not resolve longer distances
 DISPLACED = 1.0  # cells, standard deviation: half a sample of the range grid, and as much between shape and picture
 WIDTH = 0.7  # cells: the standard deviation of a step in the picture, of pixels of half a millimetre and a lens
 SPREAD = 0.5  # of its logarithm: a crease may have a radius, a camera more pixels
-MOST_PRIOR = 2.0  # of either standard deviation: the picture is asked no further
+MAX_PRIOR = 2.0  # of either standard deviation: the picture is asked no further
 TRIED = 0.25  # cells: of displacements, a part of the width of a step
 UNLIKE = 0.05  # of its contrast: no step is drawn as a Gaussian's integral
-ALONG = 6  # cells to either side, 2.5 mm: a crease is straight over so much
+ALONG = 6  # cells to either side, 2.5 mm: a crease is straight over that length
 ROUNDS = 4  # of Gauss and Newton
 # A camera whose pixels are as large as the cells draws a straight step with stairs of up to half of one, a pixel long.
 STAIRS, STAIR = 0.5, 1  # standard deviation, of the width's logarithm too, and cells to either side
-SPARED = 7  # of the cells one in so many tells the noise
+SPARED = 7  # every seventh cell suffices for the noise
 OUTLYING = 3.0  # standard deviations of the noise: what is darker is ink
 
 
@@ -48,11 +49,11 @@ OUTLYING = 3.0  # standard deviations of the noise: what is darker is ink
 class Steps:
     """A light and its steps, by cells.
 
-    light         (r, c, 3): the light with its steps blurred.
-    contrast      (r, c, 3): the light on the bright side of a step less that on its dark side, 0 where there is none.
-    place         (r, c): distance from the step towards the bright side, in widths of the blurred step.
-    shift, width  (r, c) cells: how far the step is displaced to the bright side, and its standard deviation.
-    found         (r, c): where there is a step within REACH.
+    light: (r, c, 3), the light with its steps blurred.
+    contrast: (r, c, 3), the light on the bright side of a step less that on its dark side, 0 away from steps.
+    place: (r, c), distance from the step towards the bright side, in widths of the blurred step.
+    shift, width: (r, c) cells, how far the step is displaced to the bright side, and its standard deviation.
+    found: (r, c), where a step is within REACH.
     """
 
     light: Field
@@ -63,13 +64,19 @@ class Steps:
     found: Mask
 
     def distance(self, variance: float = 0.0) -> Field:
-        """(r, c) distance from the displaced step, in its widths; variance (cells²): less than what cells show."""
+        """Return the distance (r, c) from the displaced step, in its widths.
+
+        variance: cells², less than what cells show.
+        """
         width = np.sqrt(np.maximum(self.width**2 - np.float32(variance), np.float32(CELL)))
         return np.asarray((np.float32(BLUR) * self.place - self.shift) / width)
 
     @cached_property
     def sharp(self) -> Field:
-        """(r, c, 3) the light, averaged over cells, with its steps as wide as the camera drew them."""
+        """Return the light with its steps as wide as the camera drew them.
+
+        Averaged over cells. Returns (r, c, 3).
+        """
         light, distance = self.light.copy(), self.distance()[self.found]
         rise = (ndtr(distance) - ndtr(self.place[self.found])).astype(np.float32)
         light[self.found] += self.contrast[self.found] * rise[:, None]
@@ -120,7 +127,7 @@ def _of(field: Field, at: Ints) -> Field:
 
 
 def _between(ground: Mask, steps: Steps) -> Mask:
-    """(r, c) where ground is near on both sides of a step."""
+    """Return where ground is near on both sides of a step, (r, c)."""
     near = np.ones((2 * ALONG + 1, 2 * ALONG + 1), np.uint8)
     sides = (ground & steps.found & side for side in (steps.place > 0, steps.place < 0))
     return np.asarray(np.minimum(*(cv2.dilate(side.astype(np.uint8), near) for side in sides)) > 0)
@@ -128,7 +135,10 @@ def _between(ground: Mask, steps: Steps) -> Mask:
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """What the page shows in the cells (n,) `at` beside steps: blurred light, contrast, place, brightness, noise."""
+    """What the page shows in cells next to steps.
+
+    at: (n,), those cells, with blurred light, contrast, place, brightness, noise.
+    """
 
     at: Ints
     cols: int
@@ -139,15 +149,20 @@ class _Shown:
     noise: Field
 
     def light(self, shift: Floats | float, spread: Floats | float) -> tuple[Floats, Floats]:
-        """(n,) light of displaced steps, and the distances from them in their widths."""
+        """Return the light (n,) of displaced steps, and the distances from them.
+
+        The distances are in their widths.
+        """
         distance = (BLUR * self.place - shift) / (WIDTH * np.exp(spread))
         return self.blurred + self.contrast * (ndtr(distance) - ndtr(self.place)), distance
 
     def nearest(self) -> Floats:
-        """(2, n) the displacement that leaves least, of some; what no light explains, such as ink, counts no more than
-        any other that none does."""
+        """Return the displacement (2, n), of some, that leaves least.
+
+        What no light explains, such as ink, counts the same for all of them.
+        """
         best, least = np.zeros((2, len(self.at))), np.full(len(self.at), np.inf)
-        for shift in np.arange(-MOST_PRIOR, MOST_PRIOR + TRIED, TRIED) * DISPLACED:
+        for shift in np.arange(-MAX_PRIOR, MAX_PRIOR + TRIED, TRIED) * DISPLACED:
             light, _ = self.light(shift, 0.0)
             rest = np.minimum(np.abs(self.seen / light - 1) / self.noise, OUTLYING)
             cost = self.summed(rest * rest, ALONG) + (shift / DISPLACED) ** 2
@@ -155,14 +170,20 @@ class _Shown:
         return best
 
     def solved(self, unknowns: Floats, expected: Floats | float, deviations: tuple[float, float], along: int) -> Floats:
-        """(2, n) displacement and logarithm of the width over WIDTH: the most of their posterior density, if they are
-        as expected (2, n) give or take some standard deviations, and alike within so many cells along."""
+        """Return displacement and log width of steps, (2, n).
+
+        The logarithm is of the width over WIDTH. They maximise their posterior density, if they are as expected (2, n)
+        within some standard deviations, and alike within some cells along.
+        """
         for _ in range(ROUNDS):
             unknowns = expected + self._step(unknowns, expected, deviations, along)
         return unknowns
 
     def _step(self, unknowns: Floats, expected: Floats | float, deviations: tuple[float, float], along: int) -> Floats:
-        """(2, n) by how much more the unknowns are than expected, linearised, by the cells that they explain."""
+        """Return the linearised step (2, n) of the unknowns from the expected.
+
+        By the cells that they explain.
+        """
         shift, spread = unknowns
         light, distance = self.light(shift, spread)
         rest = self.seen / light - 1
@@ -178,11 +199,14 @@ class _Shown:
         both, left, right = (self.summed(by, along) for by in (by_shift * by_spread, by_shift * rest, by_spread * rest))
         determinant = one * other - both * both
         solved = (other * left - both * right) / determinant, (one * right - both * left) / determinant
-        most = MOST_PRIOR * np.array(deviations)[:, None]
+        most = MAX_PRIOR * np.array(deviations)[:, None]
         return np.asarray(np.clip(np.stack(solved), -most, most))
 
     def summed(self, values: Floats, along: int) -> Floats:
-        """(n,) sums of values (n,) over all cells within so many."""
+        """Return sums (n,) of values (n,) over neighbouring cells.
+
+        along: reach of the neighbours.
+        """
         (row, col), side = self._within, 2 * along + 1
         field = np.zeros((row.max() + 1, col.max() + 1), np.float32)
         field[row, col] = values
@@ -198,8 +222,11 @@ class _Shown:
 
 @numba.njit(cache=True, nogil=True)
 def _sides(light: Field, total: Field, blurred: Field, some: Mask, first: int, contrast: Field, place: Field) -> None:
-    """For rows from `first` on: write the contrast (n, c, 3), and the share of it that the blurred light has risen by
-    (n, c), where `some`."""
+    """Write the contrast of steps, and how far the light has risen.
+
+    For rows from `first` on: the contrast (n, c, 3), and the fraction of it that the blurred light has risen by (n, c),
+    where `some`.
+    """
     sums, counts = np.empty((2, 3)), np.empty(2)
     for row in range(first, first + len(place)):
         for col in range(total.shape[1]):
@@ -220,7 +247,7 @@ def _sides(light: Field, total: Field, blurred: Field, some: Mask, first: int, c
                         counts[side] += 1
                         for k in range(3):
                             sums[side, k] += colours[i, j, k]
-            if counts.min() < LEAST_SIDE:
+            if counts.min() < MIN_SIDE:
                 continue
             rise, floor = 0.0, 0.0
             for k in range(3):

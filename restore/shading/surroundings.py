@@ -1,9 +1,10 @@
-"""What the page itself does to the light on each of its places: it hides lamps and room, and reflects their light.
+"""Effect of the page on the light on each of its places.
 
-Beside a fold bright paper lights the paper that turns away from the lamp, by a tenth of its light and more. Paper
-reflects in all directions alike, so that a place gets from the page what the parts that it sees are lit by, times how
-much of its view they fill (S. K. Nayar, K. Ikeuchi, T. Kanade, "Shape from interreflections", International Journal of
-Computer Vision 6(3), 1991, sec. 2). One reflection is counted; of the next there is a tenth again.
+It hides lamps and room, and reflects their light. Next to a fold bright paper lights the paper that is turned away from
+the lamp, by a tenth of its light and more. Paper reflects in all directions alike, so that a place gets from the page
+what the parts that it sees are lit by, times how much of its view they fill (S. K. Nayar, K. Ikeuchi, T. Kanade, "Shape
+from interreflections", International Journal of Computer Vision 6(3), 1991, sec. 2). One reflection is counted; the
+next is a tenth again.
 """
 
 from __future__ import annotations
@@ -23,13 +24,17 @@ PATCH = 6  # nodes across and down, 11 mm: what a patch reflects arrives spread 
 # Of the way to the horizon: what stands before a place rises to it from somewhere on the way, and beyond it lies the
 # far side, which is not seen.
 WITHIN = 0.8
-LEAST_SHARE = 1e-3  # of a place's view: a direction with less is left out
+MIN_SHARE = 1e-3  # of a place's view: a direction with less is left out
 
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Spots of the page: points (n, 3) mm and normals (n, 3) in the frame of the relief, openness (n,) 0 to 1, and
-    nodes (n, 2) = (col, row) in the horizon map."""
+    """Spots of the page.
+
+    points, normals: (n, 3) mm and (n, 3), in the frame of the relief.
+    openness: (n,), 0 to 1.
+    nodes: (n, 2) = (col, row) in the horizon map.
+    """
 
     points: Field
     normals: Field
@@ -42,9 +47,10 @@ class Places:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """The horizon map of a page, patches of it, and how much of the view of every node each patch fills.
+    """Horizon map of a page, and patches in the view of its nodes.
 
-    patches (p): places in the middle of each patch. shares: sparse (nodes, p), 0 to 1.
+    patches: (p), places in the centre of each patch.
+    shares: sparse (nodes, p), 0 to 1, how much of the view of every node each patch fills.
     """
 
     horizon: HorizonMap
@@ -52,13 +58,19 @@ class Surroundings:
     shares: csr_matrix
 
     def shares_at(self, places: Places) -> csr_matrix:
-        """(n, p) how much of the view of places each patch fills: that of the nearest node, as it varies slowly."""
+        """Return how much of the view of places each patch fills, (n, p).
+
+        That of the nearest node, as it varies slowly.
+        """
         rows, cols = self.horizon.heights.shape
         col, row = (np.clip(np.rint(places.nodes[:, k]), 0, n - 1).astype(int) for k, n in enumerate((cols, rows)))
         return self.shares[row * cols + col]
 
     def reflected(self, light: Field) -> Field:
-        """(rows, cols, 3) what nodes get from patches of reflectance 1 in some light (p, 3)."""
+        """Return the light that nodes get from patches of reflectance 1.
+
+        light: (p, 3), on the patches. Returns (rows, cols, 3).
+        """
         return np.asarray((self.shares @ light).reshape(*self.horizon.heights.shape, 3), dtype=np.float32)
 
 
@@ -78,15 +90,18 @@ def surroundings_of(relief: Relief) -> Surroundings:
 
 
 def _patches(nodes: tuple[int, ...]) -> tuple[int, ...]:
-    """Rows and columns of patches of so many rows and columns of nodes."""
+    """Return rows and columns of patches for those of nodes."""
     return tuple(-(-n // PATCH) for n in nodes)
 
 
 def _shares(horizon: HorizonMap) -> csr_matrix:
-    """(nodes, p) how much of the view of every node each patch fills."""
+    """Return how much of the view of every node each patch fills.
+
+    Returns (nodes, p).
+    """
     rows, cols = horizon.heights.shape
     share = horizon.views[1]
-    row, col, way = np.nonzero(share > LEAST_SHARE)  # nothing where it is not known
+    row, col, way = np.nonzero(share > MIN_SHARE)  # nothing where it is not known
     ahead = WITHIN * horizon.reaches[row, col, way][:, None] * ONWARD[way]
     there = [
         np.clip(np.rint(at + ahead[:, k]), 0, n - 1).astype(int) // PATCH
@@ -98,7 +113,10 @@ def _shares(horizon: HorizonMap) -> csr_matrix:
 
 
 def places_of(relief: Relief, horizon: HorizonMap) -> Places:
-    """All cells of a relief as a list, those off the page too: to sort them out would take longer."""
+    """Return all cells of a relief as a list, those off the page too.
+
+    To sort them out would take longer.
+    """
     nodes = horizon.nodes(relief.points)
     openness = cv2.remap(horizon.openness, nodes, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return Places(*(as_list(field) for field in (relief.points, relief.normals, openness, nodes)))

@@ -1,8 +1,8 @@
-"""White balance on the page's own bare paper: the colour of the lamp is divided out with that of the paper.
+"""White balance on the page's own bare paper.
 
-The lamp multiplies each channel of the camera by a factor of its own (von Kries; G. Sharma, "Digital Color Imaging
-Handbook", 2003, section 5.4), and no picture tells the lamp's colour from the paper's: afterwards the paper is neutral,
-whatever its own tint was. Its luminance does not change.
+The colour of the lamp is removed with that of the paper. The lamp multiplies each channel of the camera by its own
+factor (von Kries; G. Sharma, "Digital Color Imaging Handbook", 2003, section 5.4), and no picture separates the lamp's
+colour from the paper's: afterwards the paper is neutral, whatever its own tint was. Its luminance does not change.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from restore.shading.srgb import LINEAR, srgb_codes
 from restore.texture.page import MM_PER_INCH
 
 CELL_MM = 0.42  # over which the paper's colour is averaged: the finest print leaves cells of bare paper between words
-LEAST_PAPER = 0.05  # of the page: text leaves two thirds bare, a picture to the border next to nothing
+MIN_PAPER = 0.05  # of the page: text leaves two thirds bare, a picture to the border next to nothing
 # Of the channels to green, in linear light: white paper under lamps of 2500 K to 12,000 K (Planckian radiators seen by
 # a camera balanced for daylight) has red from 0.83 to 2.7 and blue from 0.18 to 1.6; what lies beyond is a coloured
 # ground. A fifth more for the tint of papers.
@@ -38,14 +38,17 @@ class WhiteBalance:
 
 
 def balance_on_paper(image: Bytes, mask: Mask, dpi: float) -> WhiteBalance:
-    """Page (h, w, 3) uint8 with its bare paper neutral; pixels outside mask (h, w) do not change.
+    """Make the bare paper of a page neutral.
 
-    Where no bare paper is found the image is returned unchanged, and the report gives the reason.
+    Pixels outside the mask do not change. Where no bare paper is found the image is returned unchanged, and the report
+    gives the reason.
+    image: (h, w, 3) uint8.
+    mask: (h, w).
     """
     colour, inside = _cells(image, mask, dpi)
     paper = paper_candidates(colour, inside, MM_PER_INCH / CELL_MM)
     share = float(paper.sum() / max(int(inside.sum()), 1))
-    if share < LEAST_PAPER:
+    if share < MIN_PAPER:
         return _unchanged(image, f"bare paper is found on {share:.0%} of the page only")
     white = np.median(colour[paper], axis=0).astype(float)
     red, _, blue = white / max(white[1], SINGLE_TINY)
@@ -70,7 +73,10 @@ def _unchanged(image: Bytes, reason: str) -> WhiteBalance:
 
 
 def _cells(image: Bytes, mask: Mask, dpi: float) -> tuple[Field, Mask]:
-    """Linear colour (r, c, 3) of cells of CELL_MM or a pixel, and which of them lie wholly on the page."""
+    """Return linear colour (r, c, 3) of cells of CELL_MM or a pixel.
+
+    Returns also which of them are wholly on the page.
+    """
     scale = min(1.0, MM_PER_INCH / CELL_MM / dpi)
     size = tuple(max(1, round(n * scale)) for n in mask.shape[::-1])
     codes = cv2.resize(image, size, interpolation=cv2.INTER_AREA)

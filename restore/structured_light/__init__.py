@@ -1,4 +1,7 @@
-"""A range image from a camera and a projector: Gray-code patterns, what they say of each pixel, and triangulation."""
+"""A range image from a camera and a projector.
+
+Gray-code patterns, what they say of each pixel, and triangulation.
+"""
 
 from restore.structured_light.patterns import Projector
 from restore.structured_light.rig import Lens, Rig

@@ -1,4 +1,7 @@
-"""The range grid of a camera: lines of sight of a pinhole without distortion, evenly spaced over the lens's view."""
+"""Range grid of a camera: lines of sight of a pinhole.
+
+Without distortion, evenly spaced over the lens's view.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,10 @@ class ViewGrid:
 
 
 def view_grid(lens: Lens, size: tuple[int, int], least_spacing: float = 1.0) -> ViewGrid:
-    """The grid over a picture of width and height pixels, of SAMPLES samples, or fewer with the least spacing."""
+    """Return the grid over a picture of width and height pixels.
+
+    Of SAMPLES samples, or fewer with the least spacing.
+    """
     width, height = size
     spacing = max(least_spacing, float(np.sqrt(width * height / SAMPLES)))
     step = spacing / lens.matrix[[0, 1], [0, 1]]

@@ -1,4 +1,7 @@
-"""Where a line of sight of the camera meets the projector's picture, from the edges of the pattern round it."""
+"""Projector coordinates of a camera's lines of sight.
+
+From the edges of the pattern round each.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +14,9 @@ from numpy.typing import NDArray
 from restore.scan import Floats, Mask
 from restore.structured_light.decode import Axis, Codes, Crossings
 
-LEAST_EDGES = 6  # twice the unknowns of a plane
-MOST_VARIANCE = 1 / 3  # of that of an edge: samples have about equal noise, or the least certain look like outliers
-MOST_RESIDUAL = 0.25  # projector pixels: on one surface edges lie within a tenth, on two they are whole pixels apart
+MIN_EDGES = 6  # twice the unknowns of a plane
+MAX_VARIANCE = 1 / 3  # of that of an edge: samples have about equal noise, or the least certain look like outliers
+MAX_RESIDUAL = 0.25  # projector pixels: on one surface edges lie within a tenth, on two they are whole pixels apart
 # A pixel's code is its coordinate rounded, and its own edges are known to a quarter of a pixel wherever they count.
 ROUNDED = 0.5 + 0.25
 WIDER = 2.0  # window where stripes are wide, as on a slope that faces away from the projector
@@ -21,13 +24,16 @@ SHIFTS = np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1], [-1, -1], [1, -1], 
 
 
 def locate(axis: Axis, lit: Mask, pixels: Floats, radius: float, reach: float) -> Floats:
-    """The projector's coordinate (n,) at pixels (n, 2) of the camera, NaN where the pattern does not tell it.
+    """Locate pixels of the camera in the projector's picture.
 
-    It is the plane that fits best, by least squares, the edges of the pattern in a window of a radius, pixels. Where
-    stripes are wide the window is wider, and beside a step of the surface it is shifted to where one plane fits
-    (shiftable windows, after Kuwahara 1976). The plane must be certain there, and agree with the nearest code, which
-    is within reach, pixels.
-    lit (h, w): the pixels to look at.
+    The coordinate is that of the plane that fits best, by least squares, the edges of the pattern in a window. Where
+    stripes are wide the window is wider, and next to a step of the surface it is shifted to where one plane fits
+    (shiftable windows, after Kuwahara 1976). The plane must be certain there, and agree with the nearest code.
+    lit: (h, w), the pixels to look at.
+    pixels: (n, 2), of the camera.
+    radius: of the window, pixels.
+    reach: of the nearest code, pixels.
+    Returns (n,), NaN where the pattern does not determine it.
     """
     return _locate(axis.code, axis.across, axis.down, lit, np.ascontiguousarray(pixels, np.float64), radius, reach)
 
@@ -45,7 +51,7 @@ def _locate(
         row, col = _nearest(code, x, y, reach)
         if row < 0:
             continue
-        best = MOST_RESIDUAL
+        best = MAX_RESIDUAL
         for window in (radius, WIDER * radius):
             for k in range(len(SHIFTS)):
                 middle = SHIFTS[k] * window
@@ -55,14 +61,17 @@ def _locate(
                     best, found[n] = residual, plane[0]
                     if k == 0:
                         break
-            if best < MOST_RESIDUAL:
+            if best < MAX_RESIDUAL:
                 break
     return found
 
 
 @numba.njit(cache=True, nogil=True)
 def _nearest(code: Codes, x: float, y: float, reach: float) -> tuple[int, int]:
-    """Row and column of the nearest pixel to (x, y) that has a code, −1 where there is none within reach."""
+    """Return row and column of the nearest pixel to (x, y) with a code.
+
+    −1 without one within reach.
+    """
     best, found = np.inf, (-1, -1)
     for row in range(max(int(np.ceil(y - reach)), 0), min(int(np.floor(y + reach)), code.shape[0] - 1) + 1):
         for col in range(max(int(np.ceil(x - reach)), 0), min(int(np.floor(x + reach)), code.shape[1] - 1) + 1):
@@ -76,8 +85,10 @@ def _nearest(code: Codes, x: float, y: float, reach: float) -> tuple[int, int]:
 def _plane(
     code: Codes, across: Crossings, down: Crossings, x: float, y: float, right: float, below: float, radius: float
 ) -> tuple[NDArray[np.floating[Any]], float]:
-    """Value at (x, y) and slopes of the plane through the edges round (x + right, y + below), and the rms residual, inf
-    where they determine no plane there."""
+    """Fit a plane through the edges round (x + right, y + below).
+
+    Returns its value at (x, y) and slopes, and the rms residual, inf where the edges determine no plane.
+    """
     rows, cols = code.shape
     normal, side = np.zeros((3, 3)), np.zeros(3)
     squares, count = 0.0, 0
@@ -107,12 +118,12 @@ def _plane(
                         normal[i, j] += design[i] * design[j]
                 squares += value * value
                 count += 1
-    if count < LEAST_EDGES:
+    if count < MIN_EDGES:
         return side, np.inf
     minor = normal[1, 1] * normal[2, 2] - normal[1, 2] ** 2
     determinant = float(np.linalg.det(normal))
     # Their ratio is the variance of the plane at (x, y), in units of that of one edge.
-    if not determinant > 0.0 or minor > MOST_VARIANCE * determinant:
+    if not determinant > 0.0 or minor > MAX_VARIANCE * determinant:
         return side, np.inf
     plane = np.linalg.solve(normal, side)
     residual = float(np.sqrt(max(squares - float(plane @ side), 0.0) / count))

@@ -11,7 +11,7 @@ from restore.scan import Floats
 from restore.structured_light.patterns import Projector
 
 CORRECTIONS = 20  # of `undistortPoints`, whose five steps leave a tenth of a pixel at the corners of a phone's lens
-EXACT_PX = 1e-6  # no picture tells so much
+EXACT_PX = 1e-6  # finer than any picture
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,10 @@ class Lens:
     distortion: Floats
 
     def tangents(self, pixels: Floats) -> Floats:
-        """(n, 2) tangents x right and y down of the lines of sight of pixels (n, 2)."""
+        """Return the tangents (n, 2) of the lines of sight of pixels (n, 2).
+
+        x right and y down.
+        """
         points = np.ascontiguousarray(pixels, np.float64).reshape(-1, 1, 2)
         tangents: Floats = cv2.undistortPoints(points, self.matrix, self.distortion).reshape(-1, 2)
         for _ in range(CORRECTIONS):
@@ -37,7 +40,7 @@ class Lens:
         return tangents
 
     def pixels(self, tangents: Floats) -> Floats:
-        """(n, 2) pixels at which lines of sight with tangents (n, 2) are seen."""
+        """Return the pixels (n, 2) of lines of sight with tangents (n, 2)."""
         points = np.column_stack([tangents, np.ones(len(tangents))])
         return np.asarray(cv2.projectPoints(points, np.zeros(3), np.zeros(3), self.matrix, self.distortion)[0][:, 0])
 

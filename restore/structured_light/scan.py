@@ -18,15 +18,15 @@ from restore.structured_light.locate import locate
 from restore.structured_light.rig import Rig
 from restore.structured_light.triangulate import triangulate
 
-LEAST_SHARE = 0.02  # of the picture's samples: a smaller piece is no page
+MIN_SHARE = 0.02  # of the picture's samples: a smaller piece is not a page
 EDGES_A_SAMPLE = 1.5  # of the pattern, to a sample: with fewer its noise is that of its neighbours
-RADIUS = 0.75  # of the window round a sample, in samples: it shares a third of its edges with the next
+RADIUS = 0.75  # of the window round a sample, in samples: a third of its edges are the next one's, too
 OUTLIER_SIGMAS = 5.0  # of the epipolar residual: in a million samples noise alone exceeds it once or twice
-LEAST_EPIPOLAR = 0.05  # projector pixels: least limit, or exact data would be all outliers
-MOST_EPIPOLAR = 2.0  # projector pixels, of most samples: calibrations come within one
+MIN_EPIPOLAR = 0.05  # projector pixels: least limit, or exact data would be all outliers
+MAX_EPIPOLAR = 2.0  # projector pixels, of most samples: calibrations come within one
 CLIPPED = 254  # grey levels of a picture that is overexposed
-MOST_CLIPPED = 0.2  # of the lit pixels
-KEPT_LINES = 0.5  # of the samples of the fullest row: a row with fewer is beside the projector's picture
+MAX_CLIPPED = 0.2  # of the lit pixels
+KEPT_LINES = 0.5  # of the samples of the fullest row: a row with fewer is outside the projector's picture
 
 DARK_HINT = (
     "darken the room, let the projector fill the camera's view, and expose so that the white image is bright; "
@@ -61,7 +61,7 @@ def scan_captures(pictures: Sequence[Bytes], colour: Bytes, rig: Rig) -> RangeSc
     frame = _frame(kept)
     facts = _provenance(rig, len(pictures), light.lit, kept, residual)
     clipped = float((white[light.lit] >= CLIPPED).mean())
-    findings = (Finding.of("overexposed", clipped),) if clipped > MOST_CLIPPED else ()
+    findings = (Finding.of("overexposed", clipped),) if clipped > MAX_CLIPPED else ()
     return RangeScan(np.ascontiguousarray(points[frame]), colour, grid.pixels[frame].copy(), facts, findings=findings)
 
 
@@ -98,7 +98,10 @@ def _axes(pictures: Sequence[Bytes], level: NDArray[np.float32], rig: Rig) -> tu
 
 
 def _located(columns: Axis, rows: Axis, lit: Mask, grid: ViewGrid) -> Floats:
-    """(rows, cols, 2) projector pixels of the samples of a grid, NaN where the patterns do not tell them."""
+    """Return the projector pixels (rows, cols, 2) of the samples of a grid.
+
+    NaN where the patterns do not determine them.
+    """
     places = grid.pixels.reshape(-1, 2)
     found = np.empty_like(places)
     for k, axis in enumerate((columns, rows)):
@@ -107,35 +110,42 @@ def _located(columns: Axis, rows: Axis, lit: Mask, grid: ViewGrid) -> Floats:
 
 
 def _edge_spacing(axis: Axis) -> float:
-    """Pixels of the camera from edge to edge of the pattern, in the direction in which they are densest."""
+    """Return the camera pixels from edge to edge of the pattern.
+
+    In the direction in which the edges are densest.
+    """
     edges = max(int(np.isfinite(crossings).sum()) for crossings in (axis.across, axis.down))
     return float((axis.code >= 0).sum() / edges) if edges else 1.0
 
 
 def _consistent(depth: Floats, residual: Floats, lit: Mask) -> Mask:
-    """(rows, cols) True for samples whose column and row of the projector agree on one place before the camera.
+    """Return the samples whose column and row agree on one place.
 
-    Raises NotEnoughSurface or BadInput when they are too few, or agree nowhere.
+    The place is before the camera. Raises NotEnoughSurface or BadInput when they are too few, or agree nowhere. Returns
+    (rows, cols) bool.
     """
     known = np.isfinite(residual)
-    if known.mean() < LEAST_SHARE:
+    if known.mean() < MIN_SHARE:
         raise NotEnoughSurface(
             f"the patterns can be read at {known.mean():.1%} of the image, and {lit.mean():.0%} of it is lit",
             DARK_HINT,
         )
     middle = float(np.median(residual[known]))
     typical = float(np.median(np.abs(residual[known])))
-    if typical > MOST_EPIPOLAR or float(np.mean(depth[known] > 0)) < 0.5:
+    if typical > MAX_EPIPOLAR or float(np.mean(depth[known] > 0)) < 0.5:
         raise BadInput(
             f"the calibration does not fit: lines of sight pass each other by {typical:.1f} pixels of the projector",
             CALIBRATION_HINT,
         )
-    limit = max(OUTLIER_SIGMAS * robust_sigma(residual[known] - middle), LEAST_EPIPOLAR)
+    limit = max(OUTLIER_SIGMAS * robust_sigma(residual[known] - middle), MIN_EPIPOLAR)
     return known & (np.abs(residual - middle) < limit) & (depth > 0)
 
 
 def _frame(kept: Mask) -> tuple[slice, slice]:
-    """The rows and columns that the projector's picture fills: beyond them nothing can be measured."""
+    """Return the rows and columns that the projector's picture fills.
+
+    Beyond them nothing can be measured.
+    """
     frame = []
     for axis in (1, 0):
         count = kept.sum(axis=axis)

@@ -1,4 +1,4 @@
-"""Depth along the camera's lines of sight from the projector's pixels that are seen there."""
+"""Depth along the camera's lines of sight from projector pixels."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from restore.structured_light.rig import Rig
 
 
 def triangulate(rig: Rig, tangents: Floats, found: Floats) -> tuple[Floats, Floats]:
-    """Depth (…) mm along the camera's axis, and the epipolar residual (…) in projector pixels.
+    """Triangulate camera lines of sight with projector pixels.
 
-    tangents  (…, 2) of the camera's lines of sight.
-    found     (…, 2) projector pixels seen along them, NaN where unknown.
     A point at depth s lies at s · a + b in the projector's frame; that its column and its row are those found are two
     equations for s. It is their least-squares solution; the residual is signed, across the epipolar line.
+    tangents: (…, 2), of the camera's lines of sight.
+    found: (…, 2), projector pixels seen along them, NaN where unknown.
+    Returns depth (…) mm along the camera's axis, and the epipolar residual (…) in projector pixels.
     """
     shape = tangents.shape[:-1]
     depth, residual = np.full(shape, np.nan), np.full(shape, np.nan)

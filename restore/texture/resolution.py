@@ -24,12 +24,12 @@ HALF, LATERAL = 5, 6  # pixels of a window from its middle, across an edge and a
 PLATEAU = 3  # pixels from the edge: farther off, the light of a sharp edge is flat
 GRID = 8  # pixels: of so large a square the steepest pixel may be an edge
 TILE = 1024  # pixels of a side that are searched at once
-MOST_EDGES = 400
+MAX_EDGES = 400
 FLAT = 0.12  # of the step: a super-resolved edge rings by as much, another stroke in the window makes more
 MISFIT = 0.06  # rms, of the step
-LEAST_STEP = 0.06  # of full light: several times the noise
+MIN_STEP = 0.06  # of full light: several times the noise
 HIGH = 0.5  # of the step that nine in ten do not exceed: ink and table beside paper, and no shade or relief
-LEAST_EDGES = 8  # windows
+MIN_EDGES = 8  # windows
 STEPS = 7  # of Gauss and Newton: they settle in five or six
 BINS = 4  # to a pixel
 COPY_LIMIT = 0.3  # cycles per pixel of a smaller copy: edges with more are as sharp as the copy, not the picture
@@ -92,14 +92,14 @@ def print_or_outline_mtf50(picture: Bytes, page: Mask, rim: float = 0.0) -> floa
 def edge_mtf50(picture: Bytes, mask: Mask) -> float | None:
     """The MTF50 in cycles per pixel of a picture (h, w, 3) where mask (h, w) is True.
 
-    None when fewer than LEAST_EDGES edges are found. Edges too wide for a window are measured in smaller copies, whose
+    None when fewer than MIN_EDGES edges are found. Edges too wide for a window are measured in smaller copies, whose
     averaging is divided out.
     """
     light = _linear(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
     inside = mask.astype(np.uint8)
     for level in range(LEVELS):
         found = _edges(light, inside > 0)
-        if len(found) >= LEAST_EDGES:
+        if len(found) >= MIN_EDGES:
             distance, share = np.concatenate(found, axis=1)
             cycles = mtf50_of(distance, share, HALF, level)
             if level == 0 or cycles < COPY_LIMIT:
@@ -157,7 +157,7 @@ def _edges(light: Light, inside: Mask) -> list[Floats]:
     places, turn, rise = _candidates(light, inside)
     high = rise >= HIGH * np.quantile(rise, 0.9) if len(rise) else rise > 0
     places, turn, rise = places[high], turn[high], rise[high]
-    some = np.linspace(0, len(places) - 1, min(len(places), MOST_EDGES)).astype(int)
+    some = np.linspace(0, len(places) - 1, min(len(places), MAX_EDGES)).astype(int)
     return _fitted(light, places[some], turn[some])
 
 
@@ -193,7 +193,7 @@ def _steepest(light: Light, inside: Mask, corner: tuple[int, int]) -> tuple[Ints
     high, wide = (side // GRID for side in part.shape)
     squares = steep[: high * GRID, : wide * GRID].reshape(high, GRID, wide, GRID).swapaxes(1, 2).reshape(-1, GRID**2)
     best = squares.argmax(axis=1)
-    number = np.flatnonzero(squares[np.arange(len(squares)), best] > LEAST_STEP / (2 * HALF))
+    number = np.flatnonzero(squares[np.arange(len(squares)), best] > MIN_STEP / (2 * HALF))
     row = number // wide * GRID + best[number] // GRID
     col = number % wide * GRID + best[number] % GRID
     return np.stack([row + rows.start, col + cols.start], axis=1), np.arctan2(gy[row, col], gx[row, col])
@@ -209,7 +209,7 @@ def _isolated(light: Light, places: Ints, turn: Floats) -> tuple[Ints, Floats, F
         sides.append(light[places[:, :1] + np.rint(y).astype(int), places[:, 1:] + np.rint(x).astype(int)])
     low, high = sides
     rise = high.mean(axis=1) - low.mean(axis=1)
-    kept = (rise > LEAST_STEP) & (np.ptp(low, axis=1) < 2 * FLAT * rise) & (np.ptp(high, axis=1) < 2 * FLAT * rise)
+    kept = (rise > MIN_STEP) & (np.ptp(low, axis=1) < 2 * FLAT * rise) & (np.ptp(high, axis=1) < 2 * FLAT * rise)
     return places[kept], turn[kept], rise[kept].astype(float)
 
 
@@ -226,9 +226,9 @@ def _fitted(light: Light, places: Ints, turn: Floats) -> list[Floats]:
     values, across, along, inside = (np.take_along_axis(part, first, 1) for part in (values, across, along, inside))
     fit, misfit = _steps(values, across, along, inside)
     low, rise, place, lean, bow, spread = fit.T
-    kept = (rise > LEAST_STEP) & (misfit < MISFIT * rise) & (np.abs(place) < 2.0) & (spread < PLATEAU / 2)
+    kept = (rise > MIN_STEP) & (misfit < MISFIT * rise) & (np.abs(place) < 2.0) & (spread < PLATEAU / 2)
     distance = across - (place[:, None] + lean[:, None] * along + bow[:, None] * along**2)
-    share = (values - low[:, None]) / np.maximum(rise, LEAST_STEP)[:, None]
+    share = (values - low[:, None]) / np.maximum(rise, MIN_STEP)[:, None]
     return [np.stack([distance[k, inside[k]], share[k, inside[k]]]) for k in np.flatnonzero(kept)]
 
 

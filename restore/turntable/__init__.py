@@ -1,4 +1,7 @@
-"""Several views of one page on a turntable: find the axis, register the views, merge them into one surface."""
+"""Several views of one page on a turntable.
+
+Finds the axis, registers the views, merges them into one surface.
+"""
 
 from restore.turntable.axis import AxisFit, RotationAxis, fit_axis
 from restore.turntable.merge import MergedViews, ViewReport, merge_views

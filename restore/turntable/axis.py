@@ -1,7 +1,7 @@
-"""The axis of a turntable in the scanner's frame, and how to find it from views of a board that it turned.
+"""The axis of a turntable in the scanner's frame.
 
-Operators of the Vivid scan a plate on the stage before the object; here the plate carries markers, so that it may stand
-at any angle.
+It is found from views of a board on the turntable. Operators of the Vivid scan a plate on the turntable before the
+object; here the plate carries markers, so that it may stand at any angle.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ MIN_TURN_DEG = 5.0  # from 0° and 180°: below, position and direction of the a
 
 @dataclass(frozen=True, eq=False)
 class RotationAxis:
-    """An axis through point (3,) mm along the unit vector direction (3,); angles follow the right-hand rule.
+    """Axis through point (3,) mm along the unit vector direction (3,).
+
+    Angles follow the right-hand rule.
 
     >>> upright = RotationAxis(np.array([0.0, 0.0, -900.0]), np.array([0.0, 1.0, 0.0]))
     >>> (upright.turn(90.0) @ [10.0, 0.0, -900.0, 1.0]).round(6).tolist()
@@ -36,7 +38,10 @@ class RotationAxis:
     direction: Floats
 
     def turn(self, angle_deg: float) -> Floats:
-        """(4, 4) rigid motion of a rotation by an angle about the axis, in the scanner's frame."""
+        """Return the motion (4, 4) of a rotation about the axis.
+
+        In the scanner's frame.
+        """
         return _rotation_about(self.point, np.radians(angle_deg) * self.direction)
 
 
@@ -55,14 +60,13 @@ class AxisFit:
 
 @checks_types
 def fit_axis(scans_of_board: Sequence[RangeScan], turns_deg: Sequence[float]) -> AxisFit:
-    """Find the axis from scans of a flat board of markers that the stage turned, and the angles of the stage.
+    """Find the axis from scans of a flat board of markers.
 
-    The board has ArUco markers of the dictionary 4×4; each scan is one shot with colour. The result has the `axis`, the
-    residual `rms_mm` and the angle of each view as the markers have it, `rotation_deg`.
-    Raises BadInput when a scan shows no such board, the views share too few markers, turn too little, or by other
+    The turntable rotated the board; its angles are given. The board has ArUco markers of the dictionary 4×4; each scan
+    is one capture with colour. `examples/turntable.py` finds an axis and merges views about it.
+    Returns the `axis`, the residual `rms_mm` and the angle of each view as the markers have it, `rotation_deg`. Raises
+    BadInput when a scan shows no such board, the views have too few markers in common, rotate too little, or by other
     angles than stated.
-
-    `examples/turntable.py` finds an axis and merges views about it.
     """
     if len(scans_of_board) != len(turns_deg):
         raise BadInput(f"{len(scans_of_board)} views and {len(turns_deg)} angles", "give one angle for each view")
@@ -70,10 +74,11 @@ def fit_axis(scans_of_board: Sequence[RangeScan], turns_deg: Sequence[float]) ->
 
 
 def axis_of_corners(views: Sequence[Mapping[int, Floats]], turns_deg: Sequence[float]) -> AxisFit:
-    """Find the axis from the corners of markers in two or more views, and the angles of the stage.
+    """Find the axis from the corners of markers in two or more views.
 
-    views  for each view, marker → its corners (4, 3) mm in the scanner's frame.
-    Raises BadInput when the views share too few markers, turn too little, or by other angles than stated.
+    views: for each view, marker → its corners (4, 3) mm in the scanner's frame.
+    turns_deg: the angles of the turntable.
+    Raises BadInput when the views have too few markers in common, rotate too little, or by other angles than stated.
     """
     if not len(views) or len(views) != len(turns_deg):
         raise BadInput(f"{len(views)} views and {len(turns_deg)} angles", "give one angle for each view")
@@ -121,14 +126,20 @@ def _shared_corners(first: Mapping[int, Floats], other: Mapping[int, Floats]) ->
 
 
 def _rigid(before: Floats, after: Floats) -> tuple[Floats, Floats]:
-    """Rotation (3, 3) and shift (3,) that take points (n, 3) to others with least squares (Kabsch)."""
+    """Return rotation (3, 3) and shift (3,) between points (n, 3).
+
+    With least squares (Kabsch).
+    """
     rotation, _ = Rotation.align_vectors(after - after.mean(axis=0), before - before.mean(axis=0))
     matrix = rotation.as_matrix()
     return matrix, after.mean(axis=0) - matrix @ before.mean(axis=0)
 
 
 def _initial_guess(rotations: Floats, shifts: Floats, turns: Floats, corners: Floats) -> Floats:
-    """(6,) point and direction of the common fixed line of all motions, by linear least squares."""
+    """Return point and direction (6,) of the fixed line of all motions.
+
+    By linear least squares.
+    """
     deviation = rotations - np.eye(3)
     direction = np.linalg.eigh(np.einsum("kji,kjl->il", deviation, deviation))[1][:, 0]
     if np.sin(np.radians(turns)) @ [np.sin(np.radians(_angle(r, direction))) for r in rotations] < 0:

@@ -17,11 +17,11 @@ NO_BOARD = "put a flat board with ArUco markers (DICT_4X4) on the stage, in the 
 
 
 def board_corners(scan: RangeScan) -> Mapping[int, Floats]:
-    """Marker → its corners (4, 3) mm in the scanner's frame, of the detected markers of the dictionary 4×4.
+    """Return the corners (4, 3) mm of each detected marker.
 
-    A corner is the intersection of its line of sight, known to a tenth of a pixel from the colour image, with the plane
-    of the board, fitted to all samples between the markers.
-    Raises BadInput when there is no such board, or the scan is not one shot of a scanner.
+    In the scanner's frame, by marker, of the dictionary 4×4. A corner is the intersection of its line of sight, known
+    to a tenth of a pixel from the colour image, with the plane of the board, fitted to all samples between the markers.
+    Raises BadInput when the scan shows no such board, or is not one capture of a scanner.
     """
     rays = find_rays(scan)
     if rays is None or scan.texture is None:
@@ -47,7 +47,11 @@ def _detect_markers(texture: Bytes) -> Mapping[int, Floats]:
 
 
 def _grid_positions(scan: RangeScan, pixels: Floats) -> Floats:
-    """(n, 2) row and column, fractions allowed, of the samples at texture pixels (n, 2)."""
+    """Return row and column (n, 2) of the samples at texture pixels.
+
+    Fractions allowed.
+    pixels: (n, 2).
+    """
     rows, cols = np.nonzero(np.isfinite(scan.texture_xy).all(axis=2))
     design = np.column_stack([scan.texture_xy[rows, cols], np.ones(len(rows))])
     fit, *_ = np.linalg.lstsq(design, np.column_stack([rows, cols]), rcond=None)
@@ -55,7 +59,10 @@ def _grid_positions(scan: RangeScan, pixels: Floats) -> Floats:
 
 
 def _fit_plane(scan: RangeScan, positions: Floats) -> Floats:
-    """(3,) inverse depth of the plane of the board as an affine function of row and column."""
+    """Return the inverse depth of the plane of the board.
+
+    As an affine function of row and column, (3,).
+    """
     hull = cv2.convexHull(positions[:, ::-1].astype(np.float32)).astype(np.int32)
     inside = cv2.fillConvexPoly(np.zeros(scan.measured.shape, np.uint8), hull, 1).astype(bool)
     rows, cols = np.nonzero(inside & scan.measured)

@@ -71,13 +71,13 @@ class MergedViews:
 def merge_views(
     scans: Sequence[RangeScan], turns_deg: Sequence[float], axis: RotationAxis, *, reference: int | None = None
 ) -> MergedViews:
-    """Merge shots of one page that a turntable turned between them.
+    """Merge captures of one page that a turntable rotated between them.
 
-    turns_deg  angle of the stage at each shot; the merged page is upright as in the view nearest to 0°.
-    reference  index of the view to complete; None chooses that nearest to 0°, or one with clearly more of the page.
-    A view that cannot be registered is left out, with a finding. The result has the `scan`, upright, the index of the
-    `reference`, a report of each of the `views` and `findings`. `examples/turntable.py` merges views.
-    Raises BadInput when there is no view, or a view is not one shot of a scanner, NotEnoughSurface for an empty one.
+    A view that cannot be registered is left out, with a finding. `examples/turntable.py` merges views.
+    turns_deg: angle of the turntable at each capture; the merged page is upright as in the view nearest to 0°.
+    reference: index of the view to complete; None chooses that nearest to 0°, or one with clearly more of the page.
+    Returns the `scan`, upright, the index of the `reference`, a report of each of the `views` and `findings`.
+    Raises BadInput when `scans` is empty, or a view is not one capture of a scanner, NotEnoughSurface for an empty one.
     """
     if not scans or len(scans) != len(turns_deg):
         raise BadInput(f"{len(scans)} views and {len(turns_deg)} angles", "give one angle for each view")
@@ -108,7 +108,10 @@ def merge_views(
 
 
 def _register(view: RangeView, base: RangeView, initial: Floats, turn: float) -> tuple[ViewReport, Floats]:
-    """Register a view with the base: its report, and the rigid motion (4, 4) from its frame to that of the base."""
+    """Register a view with the base.
+
+    Returns its report, and the rigid motion (4, 4) from its frame to that of the base.
+    """
     motion = register(view.scan, base.scan, initial, base.spacing)
     centroid = np.append(view.scan.points[view.scan.measured].mean(axis=0), 1.0)
     moved = float(np.linalg.norm(((motion - initial) @ centroid)[:3]))
@@ -124,9 +127,9 @@ def _register(view: RangeView, base: RangeView, initial: Floats, turn: float) ->
 
 
 def _most_complete(range_views: Sequence[RangeView], used: Sequence[int], base: int) -> int:
-    """The index of the view with the largest connected page, the base unless another is clearly larger.
+    """Return the index of the view with the largest connected page.
 
-    The laser's shadow may divide the page in one view and not in another.
+    The base unless another is clearly larger. The laser's shadow may divide the page in one view and not in another.
     """
     sizes = {index: range_views[index].sheet_samples() for index in used}
     best = max(sizes, key=sizes.__getitem__)
@@ -134,5 +137,8 @@ def _most_complete(range_views: Sequence[RangeView], used: Sequence[int], base: 
 
 
 def _quarter_turns(motion: Floats) -> int:
-    """The number of quarter turns, counter-clockwise, nearest to a motion's (4, 4) rotation about the optical axis."""
+    """Return the counter-clockwise quarter turns nearest to a motion.
+
+    motion: (4, 4), its rotation about the optical axis.
+    """
     return round(float(np.degrees(np.arctan2(motion[1, 0], motion[0, 0]))) / QUARTER_DEG)

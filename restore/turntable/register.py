@@ -1,4 +1,7 @@
-"""Register a view of a turntable: from the initial motion of the known axis, by its surface and its print."""
+"""Registers a view of a turntable.
+
+From the initial motion of the known axis, by its surface and its print.
+"""
 
 from __future__ import annotations
 
@@ -21,13 +24,13 @@ CONVERGED = 1e-7
 
 
 def register(view: RangeScan, reference: RangeScan, initial: Floats, spacing: float) -> Floats:
-    """(4, 4) motion that takes a view's points onto those of the reference.
+    """Return the motion (4, 4) of a view's points onto the reference.
 
-    initial  (4, 4) the motion by the turntable's angle, accurate to a few samples.
-    spacing  mm between samples.
     With colour in both, iterative closest points with colour (Park, Zhou, Koltun, "Colored Point Cloud Registration
     Revisited", ICCV 2017), where the colour is the print's contrast without shading; else by point-to-plane distances.
     Views without corresponding points keep the initial motion.
+    initial: (4, 4), the motion by the turntable's angle, accurate to a few samples.
+    spacing: mm between samples.
     """
     o3d = load_open3d()
     registration = o3d.pipelines.registration
@@ -47,7 +50,7 @@ def register(view: RangeScan, reference: RangeScan, initial: Floats, spacing: fl
             else:
                 estimation = registration.TransformationEstimationPointToPlane(registration.TukeyLoss(max_distance))
                 result = registration.registration_icp(source, target, max_distance, motion, estimation, criteria)
-        except RuntimeError:  # there is no pair of corresponding points
+        except RuntimeError:  # corresponding points are missing
             return initial
         motion = np.asarray(result.transformation)
     return motion
@@ -65,7 +68,10 @@ def _cloud(scan: RangeScan, max_points: int | None = None) -> Any:
 
 
 def _print_contrast(scan: RangeScan) -> Floats:
-    """(rows, cols) 0 to 1: local contrast of the print at each sample, ½ where there is none."""
+    """Return the local contrast of the print at each sample, 0 to 1.
+
+    Returns (rows, cols), ½ without contrast.
+    """
     assert scan.texture is not None
     codes = np.log(cv2.cvtColor(scan.texture, cv2.COLOR_RGB2GRAY).astype(np.float32) + BLACK_LEVEL)
     contrast = cv2.GaussianBlur(codes, (0, 0), PRINT_BLUR_PX) - cv2.GaussianBlur(codes, (0, 0), SHADING_BLUR_PX)

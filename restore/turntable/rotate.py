@@ -10,9 +10,10 @@ from restore.scan import RangeScan
 
 
 def rotate_quarters(scan: RangeScan, quarters: int) -> RangeScan:
-    """The scan rotated counter-clockwise by quarters of a turn: grid, picture and points alike.
+    """Rotate a scan counter-clockwise by quarters of a full rotation.
 
-    Nothing is resampled: rows and columns are exchanged or reversed, and the points rotate about the z axis.
+    Grid, picture and points alike. Nothing is resampled: rows and columns are exchanged or reversed, and the points
+    rotate about the z axis.
     """
     if quarters % 4 == 0:
         return scan

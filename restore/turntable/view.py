@@ -41,9 +41,10 @@ class RangeView:
         self._vertices, self._faces = mesh.vertices, mesh.faces[connected]
 
     def render_inverse_depth(self, other: RangeView, motion: Floats) -> Floats:
-        """(rows, cols) 1/mm: inverse depth of another view's surface along this view's rays, NaN beside it.
+        """Return another view's inverse depth along this view's rays.
 
-        motion  (4, 4) rigid motion from the other's frame to that of this view.
+        motion: (4, 4), rigid motion from the other's frame to that of this view.
+        Returns (rows, cols) 1/mm, NaN outside its surface.
         """
         points = other._vertices @ motion[:3, :3].T + motion[:3, 3]
         rows, cols = self.rays.grid(points)
@@ -56,8 +57,11 @@ class RangeView:
         )
 
     def surface_distance(self, layer: Floats) -> Floats:
-        """(n,) mm, signed: distance along the normal from this surface to that of a layer (rows, cols) 1/mm, at the n
-        samples that both have."""
+        """Return the signed distance (n,) mm from this surface to a layer.
+
+        Along the normal, at the n samples that both have.
+        layer: (rows, cols) 1/mm.
+        """
         across, down = (np.gradient(self.scan.points, axis=axis) for axis in (1, 0))
         normal = np.cross(down, across)
         directions = self.scan.points / np.linalg.norm(self.scan.points, axis=2, keepdims=True)
@@ -66,9 +70,11 @@ class RangeView:
         return np.asarray(surface_distance[np.isfinite(surface_distance)])
 
     def subtract_offset(self, layer: Floats) -> Floats:
-        """(rows, cols) 1/mm: the layer minus its local mean offset from this view: holes are filled without steps.
+        """Return a layer minus its local mean offset from this view.
 
-        The offset is averaged over the samples nearby at which both show the same surface.
+        Holes are filled without steps that way. The offset is averaged over the samples nearby at which both show the
+        same surface.
+        layer: (rows, cols) 1/mm, as returned.
         """
         with np.errstate(invalid="ignore"):
             shared = np.abs(1.0 / layer - 1.0 / self.inverse_depth) < MAX_DEPTH_GAP * self.spacing
@@ -81,7 +87,10 @@ class RangeView:
         return int((np.isnan(self.inverse_depth) & np.isfinite(layer)).sum())
 
     def sheet_samples(self) -> int:
-        """The number of samples of the sheet; 0 when there is no sheet, or it reaches the border of the picture."""
+        """Return the number of samples of the sheet.
+
+        0 without a sheet, or when it reaches the border of the picture.
+        """
         try:
             samples = find_sheet(self.scan, self.rays).samples
         except NotEnoughSurface:
@@ -90,9 +99,9 @@ class RangeView:
         return 0 if cut_off else int(samples.sum())
 
     def fill_holes(self, layers: list[Floats]) -> Floats:
-        """(rows, cols, 3) mm: this view's points, its holes filled with the nearest surface along each ray.
+        """Fill this view's holes with the nearest surface along each ray.
 
-        Where several layers have that surface, their mean.
+        Where several layers have that surface, their mean. Returns (rows, cols, 3) mm.
         """
         stack = np.stack([np.full_like(self.inverse_depth, np.nan), *layers])
         known = np.isfinite(stack)

@@ -1,7 +1,7 @@
-"""`planish export`: a volume in the formats that archives and libraries take in.
+"""`planish export`: a volume in the formats of archives and libraries.
 
 volume      the record that all encoders read: a volume, its pages, their files, the events that made them
-mets        METS 1.12.1, with premis (PREMIS 2.3) and mix (MIX 2.0) inside, and ALTO 4.4 beside it
+mets        METS 1.12.1, with premis (PREMIS 2.3) and mix (MIX 2.0) inside, and ALTO 4.4 in separate files
 iiif        a IIIF Presentation 3 manifest with static tiles of Image 3, level 0
 book        one PDF/A of all pages, with page labels and words
 tiff        TIFF masters with profile and resolution

@@ -12,7 +12,10 @@ from station.storage.session_folder import BAGIT
 
 
 def seal_bag(folder: Path, info: Mapping[str, str]) -> None:
-    """Make a bag of a folder whose payload lies in `data`: write manifests, description and declaration."""
+    """Make a bag of a folder whose payload is in `data`.
+
+    Write manifests, description and declaration.
+    """
     payload = sorted(path for path in (folder / PAYLOAD).rglob("*") if path.is_file())
     octets = sum(path.stat().st_size for path in payload)
     described = {**info, "Payload-Oxum": f"{octets}.{len(payload)}"}

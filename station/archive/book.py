@@ -1,4 +1,7 @@
-"""One PDF/A-2b of a volume: pages at their true sizes, labelled as in the volume, their words to search and copy."""
+"""One PDF/A-2b of a volume: pages at their true sizes.
+
+They are labelled as in the volume; their words can be searched and copied.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ NO_LANGUAGE = "und"  # BCP 47, of a volume without words
 
 @dataclass(frozen=True)
 class Leaf:
-    """A page of the PDF: its label, its picture, and the PDF/A of the page with its words, None where there is none."""
+    """Page of the PDF: its label, its picture, and its PDF/A with words.
+
+    The PDF/A is None where it does not exist.
+    """
 
     label: str
     picture: Path
@@ -31,8 +37,9 @@ class Leaf:
 
 
 def write_book(leaves: Sequence[Leaf], path: Path, *, title: str) -> None:
-    """Write the PDF of a volume, one page in memory at a time. Raises BadInput for a picture that cannot be read,
-    OSError that names `path` when the disk refuses.
+    """Write the PDF of a volume, one page in memory at a time.
+
+    Raises BadInput for a picture that cannot be read, OSError that names `path` when the disk refuses.
     """
     import pikepdf
 
@@ -61,7 +68,10 @@ def write_book(leaves: Sequence[Leaf], path: Path, *, title: str) -> None:
 
 
 class _Sink(io.RawIOBase):
-    """Passes data on to a file until the disk refuses, and keeps the error: qpdf would abort the process for it."""
+    """Stream that passes data on to a file until the disk refuses.
+
+    It keeps the error: qpdf would abort the process for it.
+    """
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file

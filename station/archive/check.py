@@ -1,4 +1,7 @@
-"""Compares every file of an export with its manifests, and names the page that is hurt."""
+"""Compares every file of an export with its manifests.
+
+It names the page that is damaged.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,10 @@ WORDS: Mapping[Kind, str] = {
 
 @dataclass(frozen=True)
 class ExportProblem:
-    """One thing that is wrong with an export: the page that is hurt, 0 for none; the path; where a renamed file is."""
+    """One thing that is wrong with an export.
+
+    The page that is damaged, 0 for none; the path; where a renamed file is.
+    """
 
     kind: Kind
     page: int
@@ -44,7 +50,10 @@ class ExportProblem:
 
 
 def is_export(folder: Path) -> bool:
-    """Whether a folder has a manifest and is no session, whole or damaged."""
+    """Return whether a folder has a manifest and is not a session.
+
+    Whole or damaged.
+    """
     payload = folder / PAYLOAD
     events = payload.is_dir() and any(FOLDER.fullmatch(path.name) for path in payload.iterdir())
     manifests = ((folder / name).is_file() for name in (MANIFEST, TAG_MANIFEST))
@@ -84,9 +93,10 @@ def page_of(name: str) -> int:
 
 
 def _listed(folder: Path) -> tuple[dict[str, str], list[str]]:
-    """The digests of the manifests by their names, and the manifests that are not as they are written.
+    """Return the digests of the manifests by file name.
 
-    A manifest is not listed itself: that of a bag is by the tag manifest, the other ones by none.
+    Returns also the manifests that are not as they were written. A manifest is not listed itself: that of a bag is in
+    the tag manifest, the others in none.
     """
     bag = (folder / BAGIT).exists() or (folder / TAG_MANIFEST).exists() or (folder / PAYLOAD).is_dir()
     listed, broken = dict[str, str](), list[str]()

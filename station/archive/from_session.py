@@ -1,4 +1,7 @@
-"""The record of a volume, from a session: current scans, their current derivatives, and the events that made both."""
+"""Makes the record of a volume from a session.
+
+Current scans, their current derivatives, and the events that made both.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,10 @@ CORRECTED = "corrected since it was restored: planish batch restores it"
 
 
 def volume_of(session: Session) -> Volume:
-    """The volume of a session, as its pointers show it now. Raises OSError for a file that is missing."""
+    """Return the volume of a session, as its pointers show it now.
+
+    Raises OSError for a file that is missing.
+    """
     pages, outdated = list(session.history.pages()), frozenset(outdated_pages(session))
     events = [event for page in pages for event in _events_of(page)]
     names = {event.number: _names(event) for event in events}
@@ -54,16 +60,16 @@ def volume_of(session: Session) -> Volume:
 
 
 def scan_of(session: Session, page: Page) -> RangeScan | SurfaceMesh:
-    """The scan of a page, in the unit that it was restored in, else in that of its capture.
+    """Return the scan of a page, in the unit that it was restored in.
 
-    Raises BadInput for a damaged scan, and for a page that has none.
+    Else in that of its capture. Raises BadInput for a damaged scan, and for a page that has none.
     """
     current = session.history.page(int(page.name.partition("/")[0]))
     assert current.capture is not None
     if is_set(current.capture.facts):
         raise BadInput(f"page {page.name} was photographed and has no scan", "export images: --to tiff, pdf or bagit")
     run = current.runs.get(RESTORE)
-    told = current.capture.facts if run is None else run.facts["parameters"]
+    told = current.capture.facts if run is None else run.facts.get("parameters", {})
     return load_scan(scan_path(session, current.capture), unit=str(told.get("unit", "auto")))
 
 
@@ -101,7 +107,10 @@ def _files(session: Session, event: SessionEvent, part: str) -> Iterator[StoredF
 
 
 def _names(event: SessionEvent) -> tuple[str, ...]:
-    """The names of an event's files in an export; scans of several captures of a page never meet in one."""
+    """Return the names of an event's files in an export.
+
+    Scans of several captures of a page never have the same names.
+    """
     folder = f"pages/{event.page:04}" + ("" if event.kind == "capture" else f"/{event.name}")
     return tuple(f"{folder}/{path}" for path in event.files)
 
@@ -128,7 +137,10 @@ def _identifier(event: SessionEvent) -> str:
 
 
 def _provenance(session: Session, capture: SessionEvent | None) -> dict[str, Any]:
-    """What the scan folder of a capture says of its shot; of scans of other formats, when they were stored."""
+    """Return what the scan folder of a capture says of it.
+
+    For scans of other formats, when they were stored.
+    """
     path = None if capture is None else next((name for name in capture.files if name.endswith("/scan.json")), None)
     if capture is None:
         return {}

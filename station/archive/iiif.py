@@ -1,7 +1,8 @@
-"""IIIF: a Presentation 3 manifest of a volume, its pages as static tiles of an Image 3 service, level 0.
+"""IIIF: a Presentation 3 manifest of a volume with static tiles.
 
-Level 0 is files alone (IIIF Image API 3.0, 6 and "Image API compliance"): every size and tile that `info.json` offers
-lies ready under the path that a viewer asks for, in its canonical form.
+Its pages are tiles of an Image 3 service, level 0. Level 0 is files alone (IIIF Image API 3.0, 6 and "Image API
+compliance"): every size and tile that `info.json` offers is stored under the path that a viewer asks for, in its
+canonical form.
 """
 
 from __future__ import annotations
@@ -30,14 +31,14 @@ NO_ADDRESS = re.compile(r"[\s<>\"{}|\\^`?#]")  # what no URI has (RFC 3986), and
 
 
 def folder_address(text: str) -> str:
-    """The address of a web folder, without a slash at its end: what every address of an export begins with.
+    """Return the address of a web folder, without a slash at its end.
 
-    Raises UsageError for a text that is none.
+    Every address of an export begins with it. Raises UsageError for a text that is not an address.
     """
     try:
         parts = urlsplit(text)
         whole = parts.scheme in ("http", "https") and parts.hostname and (parts.port or True)
-    except ValueError:  # of a port or an IPv6 address that is none
+    except ValueError:  # invalid port or IPv6 address
         whole = False
     if not whole or parts.query or parts.fragment or NO_ADDRESS.search(text):
         raise UsageError(
@@ -48,7 +49,10 @@ def folder_address(text: str) -> str:
 
 @dataclass(frozen=True)
 class PageImage:
-    """A page in the manifest: the folder of its image service, its size in pixels, dots to the inch."""
+    """Page in the manifest.
+
+    The folder of its image service, its size in pixels, dots to the inch.
+    """
 
     page: Page
     folder: str
@@ -59,7 +63,10 @@ class PageImage:
 
 @dataclass(frozen=True)
 class Tile:
-    """A part of an image at a reduced size: region (x, y, w, h) of the whole, size (w, h), path of its file."""
+    """Part of an image at a reduced size.
+
+    Region (x, y, w, h) of the whole, size (w, h), path of its file.
+    """
 
     region: tuple[int, int, int, int]
     size: tuple[int, int]
@@ -67,8 +74,10 @@ class Tile:
 
 
 def encode_tiles(image: Bytes, profile: bytes | None = None) -> Iterator[tuple[str, bytes]]:
-    """The files of an image (h, w, 3) uint8 RGB, as (path below its service, content); `info.json` is not among them.
+    """Yield the files of an image, as (path below its service, content).
 
+    `info.json` is not among them.
+    image: (h, w, 3) uint8 RGB.
     profile: ICC, sRGB when None.
     """
     height, width = image.shape[:2]
@@ -104,7 +113,10 @@ def encode_info(identifier: str, width: int, height: int) -> bytes:
 
 
 def encode_manifest(volume: Volume, images: Sequence[PageImage], address: str) -> bytes:
-    """The manifest of a volume. address: of the folder that it is served from, without a slash at its end."""
+    """Encode the manifest of a volume.
+
+    address: of the folder that it is served from, without a slash at its end.
+    """
     manifest: dict[str, Any] = {
         "@context": PRESENTATION_CONTEXT,
         "id": f"{address}/{MANIFEST}",
@@ -132,7 +144,10 @@ def scale_factors(width: int, height: int) -> list[int]:
 
 
 def _tiles(width: int, height: int, factor: int) -> Iterator[Tile]:
-    """The tiles of a reduction, without the one that is the whole image: that is there as a size."""
+    """Yield the tiles of a reduction, without the whole image.
+
+    That is offered as a size.
+    """
     side = TILE * factor
     if width <= side and height <= side:
         return

@@ -1,4 +1,7 @@
-"""METS 1.12.1: one document that holds a volume together: files, technical metadata, events, order of the pages."""
+"""METS 1.12.1: one document that holds a volume together.
+
+Files, technical metadata, events, order of the pages.
+"""
 
 from __future__ import annotations
 
@@ -18,9 +21,11 @@ DESCRIPTION = "description"  # identifiers of XML (NCName): words, numbers and d
 
 
 def encode_mets(volume: Volume, images: Mapping[str, ImageFacts], *, now: datetime) -> bytes:
-    """The document of a volume; it refers to the files by their names, relative to itself.
+    """Encode the document of a volume.
 
-    images: facts of the image files, by their names. now: when the document is made.
+    It refers to the files by their names, relative to itself.
+    images: facts of the image files, by their names.
+    now: when the document is made.
     """
     ids = {file.name: f"file.{number}" for number, file in enumerate(volume.files, 1)}
     root = element(

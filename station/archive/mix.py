@@ -23,7 +23,10 @@ SCHEMES = {"PNG": "Deflate", "TIFF": "Deflate", "JPEG": "JPEG"}  # of the files 
 
 @dataclass(frozen=True)
 class ImageFacts:
-    """What an image file says of itself: format, size in pixels, bits and samples, dots to the inch (0: unknown)."""
+    """Facts of an image file.
+
+    Format, size in pixels, bits and samples, dots to the inch (0: unknown).
+    """
 
     format: str
     width: int
@@ -35,7 +38,10 @@ class ImageFacts:
 
 
 def read_image_facts(path: Path) -> ImageFacts:
-    """The facts of an image file, from its header. Raises BadInput when it is none, OSError when the disk refuses."""
+    """Return the facts of an image file, from its header.
+
+    Raises BadInput when it is not an image, OSError when the disk refuses.
+    """
     try:
         with path.open("rb") as file, Image.open(file) as image:
             dpi = float(image.info.get("dpi", (0.0,))[0])
@@ -125,7 +131,10 @@ def _capture(provenance: Mapping[str, Any]) -> Element | None:
 
 
 def _time(value: Any) -> str | None:
-    """The time in the notation of XML Schema, None for what is none: other programs write times in any form."""
+    """Return a time in the notation of XML Schema, None for other texts.
+
+    Other programs write times in any form.
+    """
     try:
         return datetime.fromisoformat(value).isoformat()
     except (TypeError, ValueError):
@@ -133,7 +142,10 @@ def _time(value: Any) -> str | None:
 
 
 def _sampling(dpi: float) -> Element | None:
-    """Samples to the inch of the paper itself: the plane of the object, not that of the sensor."""
+    """Return samples to the inch of the paper itself.
+
+    It is the plane of the object, not that of the sensor.
+    """
     if dpi <= 1:  # what Pillow gives for a file without a unit
         return None
     ratio = Fraction(dpi).limit_denominator(10_000)
@@ -153,7 +165,10 @@ def _sampling(dpi: float) -> Element | None:
 
 
 def _profile_name(profile: bytes | None) -> str:
-    """The description of an ICC profile; empty without one, or for one that cannot be read."""
+    """Return the description of an ICC profile.
+
+    Empty without one, or for one that cannot be read.
+    """
     if profile is None:
         return ""
     try:

@@ -1,4 +1,7 @@
-"""PREMIS 2.3: what a file is, what happened to it, and by whom (PREMIS Data Dictionary, version 2.2, 2012)."""
+"""PREMIS 2.3: files, what happened to them, and by whom.
+
+PREMIS Data Dictionary, version 2.2, 2012.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,10 @@ def encode_object(file: StoredFile) -> Element:
 
 
 def encode_event(event: Event) -> Element:
-    """An event: its kind and time, its parameters, what it found, the program, the files that it read and made."""
+    """Encode an event.
+
+    Its kind and time, its parameters, what it found, the program, the files that it read and made.
+    """
     detail = {"detail": event.detail, "parameters": dict(event.parameters)}
     note = json.dumps(dict(event.facts), sort_keys=True) if event.facts else None
     return element(

@@ -1,4 +1,7 @@
-"""The sheets of a volume as meshes, as they were measured: GLB in metres, PLY and OBJ in millimetres."""
+"""The sheets of a volume as meshes, as they were measured.
+
+GLB in metres, PLY and OBJ in millimetres.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ import trimesh
 from PIL import Image
 
 from restore import RangeScan, SurfaceMesh
-from restore.scan import Bytes, Floats, Ints
+from restore.scan import Bytes, Floats, Ints, Mask
 from station.export.mesh import encode_material, encode_warped, unit_square
 from station.images.png import encode_png
 
@@ -18,7 +21,10 @@ METRES = 0.001  # to the millimetre; glTF 2.0, 3.1: "the units for all linear di
 
 
 def encode_sheet(mesh: SurfaceMesh, name: str) -> Iterator[tuple[str, bytes]]:
-    """The files of a mesh, as (name, content): GLB, PLY, OBJ with its material and texture."""
+    """Yield the files of a mesh, as (name, content).
+
+    GLB, PLY, OBJ with its material and texture.
+    """
     yield f"{name}.glb", encode_glb(mesh)
     yield f"{name}.ply", encode_ply(mesh)
     yield f"{name}.obj", encode_warped(mesh, f"{name}.mtl")
@@ -63,14 +69,16 @@ def encode_ply(mesh: SurfaceMesh) -> bytes:
     return out.getvalue()
 
 
-def surface_of(scan: RangeScan | SurfaceMesh) -> SurfaceMesh:
-    """The surface of a scan: of a range grid the triangles between neighbouring samples, where all were measured.
+def surface_of(scan: RangeScan | SurfaceMesh, within: Mask | None = None) -> SurfaceMesh:
+    """Return the surface of a scan.
 
-    A cell with four samples is cut along its shorter diagonal.
+    Of a range grid the triangles between neighbouring samples, where all were measured. A cell with four samples is cut
+    along its shorter diagonal.
+    within: (rows, cols), the samples that count; all of them when None.
     """
     if isinstance(scan, SurfaceMesh):
         return scan
-    measured = scan.measured
+    measured = scan.measured if within is None else scan.measured & within
     index = np.full(measured.shape, -1, np.int64)
     index[measured] = np.arange(int(measured.sum()))
     faces = _triangles(scan.points, index)
@@ -82,7 +90,10 @@ def surface_of(scan: RangeScan | SurfaceMesh) -> SurfaceMesh:
 
 
 def _triangles(points: Floats, index: Ints) -> Ints:
-    """(m, 3) triangles of a grid of vertex numbers (rows, cols), −1 where none is; counter-clockwise seen from +Z."""
+    """Return triangles (m, 3) of a grid, counter-clockwise seen from +Z.
+
+    index: (rows, cols), vertex numbers, −1 where missing.
+    """
     a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
     down = np.linalg.norm(points[:-1, :-1] - points[1:, 1:], axis=2)
     up = np.linalg.norm(points[:-1, 1:] - points[1:, :-1], axis=2)
@@ -95,7 +106,10 @@ def _triangles(points: Floats, index: Ints) -> Ints:
 
 
 def _colours(mesh: SurfaceMesh) -> Bytes | None:
-    """(n, 3) uint8 RGB of the nearest texture pixel, None for a mesh without colours."""
+    """Return the colours of the nearest texture pixels, (n, 3) uint8 RGB.
+
+    None for a mesh without colours.
+    """
     if mesh.texture is None or mesh.texcoords is None:
         return None
     height, width = mesh.texture.shape[:2]

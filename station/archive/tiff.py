@@ -1,4 +1,7 @@
-"""TIFF masters: each page without loss, with its profile, its resolution and where it comes from."""
+"""TIFF masters: each page without loss.
+
+With its profile, its resolution and where it comes from.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,9 @@ from station.images.tiff import encode_tiff
 
 
 def encode_master(page: Page, picture: Path) -> bytes:
-    """The picture of a page as a TIFF file. Raises BadInput when it cannot be read or has no resolution."""
+    """Encode the picture of a page as a TIFF file.
+
+    Raises BadInput when it cannot be read or has no resolution.
+    """
     stored = read_page(picture)
     return encode_tiff(stored.image, stored.dpi, ImageMetadata.from_provenance(page.provenance, stored.profile))

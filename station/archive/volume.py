@@ -1,6 +1,7 @@
-"""A volume as an archive sees it: pages in their order, their files, and the events that made those.
+"""A volume as an archive sees it.
 
-The encoders read these records alone, and know nothing of where and how a session keeps its files.
+Pages in their order, their files, and the events that made those. The encoders read these records alone, and know
+nothing of where and how a session keeps its files.
 """
 
 from __future__ import annotations
@@ -14,7 +15,10 @@ from typing import Any, Literal
 
 
 class Role(StrEnum):
-    """What a file is to the archive, in the terms of FADGI's guidelines (2023, "Digital files")."""
+    """Role of a file in the archive, in the terms of FADGI's guidelines.
+
+    Source: FADGI 2023, "Digital files".
+    """
 
     ORIGINAL = "archival master"  # as captured: never changed
     MASTER = "production master"  # the restored page with its shading, where the page is without
@@ -117,7 +121,10 @@ class Page:
 
 @dataclass(frozen=True)
 class Volume:
-    """A volume: identifier, title, project, organisation (empty when not given), pages, events in their order."""
+    """Volume: identifier, title, project, organisation, pages, events.
+
+    The organisation is empty when not given; events are in their order.
+    """
 
     identifier: str
     title: str

@@ -1,4 +1,6 @@
-"""`planish batch`: many scans restored by many processes or machines, each page isolated from the others.
+"""`planish batch`: many scans restored by many processes or machines.
+
+Each page is isolated from the others.
 
 whole       folders and sessions in one run, and its report
 folders     scans of folders: plan (what is still to do, longest first), page (the work on one), outcomes (what became)

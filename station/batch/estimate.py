@@ -1,4 +1,7 @@
-"""When a batch ends, as an interval: seconds of a page against its bytes, fitted to the pages that are done."""
+"""Estimates when a batch ends, as an interval.
+
+Seconds of a page against its bytes, fitted to the pages that are done.
+"""
 
 from __future__ import annotations
 
@@ -27,10 +30,12 @@ class Estimate:
         self.seconds.append(seconds)
 
     def remaining_s(self, sizes: Sequence[int], workers: int) -> tuple[float, float] | None:
-        """The least and the greatest likely number of seconds for pages of these sizes; None while it is not known.
+        """Return the least and the greatest likely seconds for pages.
 
         Handed out longest first, the pages end within the mean load and the longest page (R. L. Graham, "Bounds on
         multiprocessing timing anomalies", SIAM J. Appl. Math. 17(2), 1969).
+        sizes: of the pages, bytes.
+        Returns None while they are unknown.
         """
         if len(self.sizes) < MIN_PAGES:
             return None
@@ -38,7 +43,7 @@ class Estimate:
             return 0.0, 0.0
         known, seconds, left = (np.asarray(values, float) for values in (self.sizes, self.seconds, sizes))
         totals = [_proportional(known, seconds, left), _constant(seconds, left)]
-        # Pages cost something beside their bytes, and never less for more of them: between these two lies every line.
+        # Pages cost something besides their bytes, and never less for more of them: between these two lies every line.
         least, most = max(min(low for low, _ in totals), 0.0), max(high for _, high in totals)
         if (line := _line(known, seconds, left)) is not None:
             least, most = (min(max(one, least), most) for one in line)
@@ -46,7 +51,10 @@ class Estimate:
 
 
 def _proportional(known: Floats, seconds: Floats, left: Floats) -> tuple[float, float]:
-    """Least and greatest likely sum for the sizes `left`, if seconds are proportional to the size."""
+    """Return the likely range of a sum, if seconds are proportional to size.
+
+    For the sizes `left`. Returns the least and the greatest.
+    """
     ratios = seconds / np.maximum(known, 1.0)
     total = float(ratios.mean() * left.sum())
     return _around(total, ratios.std(ddof=1) * np.sqrt((left**2).sum() + left.sum() ** 2 / len(known)), len(known) - 1)
@@ -59,7 +67,10 @@ def _constant(seconds: Floats, left: Floats) -> tuple[float, float]:
 
 
 def _line(known: Floats, seconds: Floats, left: Floats) -> tuple[float, float] | None:
-    """The same for a line by least squares, its slope as uncertain as it is; None where all sizes are equal."""
+    """Return the likely range of a sum by a line of least squares.
+
+    Its slope is as uncertain as it is; None where all sizes are equal.
+    """
     spread = known - known.mean()
     squares = float(spread @ spread)
     if not squares:

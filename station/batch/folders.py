@@ -20,10 +20,11 @@ from station.workers.process import Work
 
 
 class FolderBatch:
-    """The scans of folders; of several folders, each has its results below its own name in `output`.
+    """Scans of folders.
 
-    limits: of the verdict on their pages. Raises UsageError for folders or presets that are not usable, OSError when a
-    folder cannot be read.
+    Of several folders, each has its results below its own name in `output`.
+    limits: of the quality check on their pages.
+    Raises UsageError for folders or presets that are not usable, OSError when a folder cannot be read.
     """
 
     def __init__(self, folders: Sequence[Path], output: Path, options: RunOptions, limits: Thresholds) -> None:
@@ -31,9 +32,9 @@ class FolderBatch:
         self._plans = [plan_folder(folder, out, options) for folder, out in _places(folders, output).items()]
 
     def run(self, workers: Workers, show: Show, *, work: Work[TaskDone] = restore_task) -> None:
-        """Restore or set aside what is still to do; tell of sessions that are left out.
+        """Restore or quarantine what is still to do.
 
-        Raises as `station.batch.run_tasks.run` does.
+        Reports sessions that are left out. Raises as `station.batch.run_tasks.run` does.
         """
         for session in (session for plan in self._plans for session in plan.sessions):
             show(Event("left out", str(session), batch_instead(session)))

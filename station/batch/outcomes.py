@@ -1,4 +1,7 @@
-"""What became of the pages of a batch, read from the records of its results, and how bad each is beside the others."""
+"""Outcomes of the pages of a batch, from the records of its results.
+
+And how bad each is compared with the others.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,10 @@ Read = Callable[[Mapping[str, Any]], float | None]
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure of a report: its name for the operator, how it is read and written, and whether less of it is worse."""
+    """Figure of a report.
+
+    Its name for the operator, how it is read and written, and whether less of it is worse.
+    """
 
     name: str
     read: Read
@@ -72,7 +78,10 @@ class PageOutcome:
 
 @dataclass(frozen=True)
 class Ranked:
-    """A page with its rank: the greatest share of the other pages that are better by one figure, and that figure."""
+    """Page with its rank.
+
+    The rank is the greatest fraction of the other pages that are better by one figure; that figure is named.
+    """
 
     page: PageOutcome
     rank: float
@@ -80,15 +89,19 @@ class Ranked:
 
 
 def outcomes(plan: Plan, limits: Thresholds) -> Iterator[PageOutcome]:
-    """The pages of every scan of a plan, as the records have them now, judged by the measures in their reports."""
+    """Yield the pages of every scan of a plan, as the records have them.
+
+    They are checked by the measures in their reports.
+    """
     for arrival in plan.scans:
         yield from _pages_of(arrival, plan.out, limits)
 
 
 def worst_first(pages: Sequence[PageOutcome]) -> list[Ranked]:
-    """The pages in the order in which to look at them: without a result, by the level of the verdict, by their ranks.
+    """Return the pages in the order in which to look at them.
 
-    Ranks need no thresholds, and say nothing of how bad the worst page is: the figures do.
+    Without a result first, then by the level of the verdict, then by their ranks. Ranks need no thresholds, and say
+    nothing of how bad the worst page is: the figures do.
     """
     ranks: dict[int, list[tuple[float, str]]] = {index: [(0.0, "")] for index in range(len(pages))}
     for figure in FIGURES:
@@ -109,12 +122,18 @@ def _urgency(one: Ranked) -> tuple[bool, int, float, str]:
 
 
 def concerns(findings: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:
-    """The findings of a verdict that are not green, each in a line, as they were recorded."""
+    """Return the findings of a verdict that are not green, each in a line.
+
+    As they were recorded.
+    """
     return tuple(f"{one['level']}: {one['text']}" for one in findings if one["level"] != LEVELS[0])
 
 
 def texts_of(report: Mapping[str, Any]) -> tuple[str, ...]:
-    """The sentences of the findings of a report; none where it was changed into something else."""
+    """Return the sentences of the findings of a report.
+
+    Empty where it was changed into something else.
+    """
     with suppress(ValueError):
         return tuple(one.text for one in Finding.all_in(report))
     return ()

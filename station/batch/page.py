@@ -1,4 +1,7 @@
-"""The work on one name of a folder: its scans restored or set aside, in a process of its own."""
+"""Work on one name of a folder, in a separate process.
+
+Its scans are restored or quarantined.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,10 @@ MAX_TRIES = 3600  # of them: the longest page takes a fraction of an hour
 
 @dataclass(frozen=True)
 class Task:
-    """Scans of one name, which are restored one after the other: arrivals, folder of the results, options."""
+    """Scans of one name, which are restored one after the other.
+
+    Arrivals, folder of the results, options.
+    """
 
     arrivals: tuple[Arrival, ...]
     out: Path
@@ -67,10 +73,11 @@ def restore_task(
     clock: Callable[[], float] = time.perf_counter,
     sleep: Callable[[float], None] = time.sleep,
 ) -> TaskDone:
-    """Restore or set aside the scans of a task. What an earlier run or another worker has done is not done again.
+    """Restore or quarantine the scans of a task.
 
-    causes: how the processes ended that tried before. Raises what is not the scan's fault: of the disk, the settings,
-    this computer.
+    What an earlier run or another worker has done is not done again.
+    causes: how the processes ended that tried before.
+    Raises errors that are not the scan's fault: of the disk, the settings, this computer.
     """
     start = clock()
     settled = tuple(_settle(arrival, task, causes, restore, sleep) for arrival in task.arrivals)

@@ -1,4 +1,7 @@
-"""What a batch has to do: the scans of a folder that have neither a result nor a note of failure, longest first."""
+"""Plans a batch: the scans that have neither a result nor a failure.
+
+Longest first.
+"""
 
 from __future__ import annotations
 
@@ -53,27 +56,29 @@ def plan_folder(folder: Path, out: Path, base: RunOptions) -> Plan:
         groups.setdefault((beside(scan.source, ""), scan.stem), []).append(scan)
     for place, group in sorted(groups.items()):
         waiting = tuple(scan for scan in group if not _is_settled(scan, out, kept))
-        if waiting:  # scans of one name share the folders of their results: one task takes them in turn
+        if waiting:  # scans of one name have the same folders of results: one task takes them in turn
             tasks.append(Task(waiting, out, presets.options(Path(place[0]))))
     kept.save(out)
     return Plan(out, tuple(sorted(tasks, key=lambda task: -task.size)), scans, tuple(sessions))
 
 
 def find_scans(folder: Path, listing: Listing, kept: Kept | None = None) -> Iterator[Arrival]:
-    """Every scan of a listing with the files that belong to it: scan files, and scan folders of Planish's own.
+    """Yield every scan of a listing with the files that belong to it.
 
+    Scan files, and scan folders in Planish's own format.
     kept: of an earlier start.
     """
     pairing = Pairing(folder, kept)
     pairing.update(listing)
-    names: dict[Path, set[str]] = {}
+    names: dict[str, set[str]] = {}
     for path in listing:
-        names.setdefault(path.parent, set()).add(path.name)
-    inside = {parent for parent, files in names.items() if files >= SCAN_FOLDER and parent != Path()}
-    sources = [path for path in listing if is_scan(path) and path.parent not in inside]
+        place, _, name = str(path).rpartition("/")
+        names.setdefault(place, set()).add(name)
+    inside = {Path(place) for place, files in names.items() if place and files >= SCAN_FOLDER}
+    sources = [path for path in listing if is_scan(path) and (not inside or path.parent not in inside)]
     for source in sorted([*sources, *inside]):
         if source in inside:
-            files = {path: listing[path] for path in (source / name for name in sorted(names[source]))}
+            files = {path: listing[path] for path in (source / name for name in sorted(names[str(source)]))}
             yield Arrival.of_folder(folder, source, files)
         else:
             try:
@@ -113,5 +118,8 @@ def _digest(arrival: Arrival) -> str:
 
 
 def check_names(folders: Sequence[Path]) -> bool:
-    """Whether the folders have names of their own, so that the results of each can lie below that name."""
+    """Return whether the names of the folders differ.
+
+    The results of each can then be stored below that name.
+    """
     return len({folder.name for folder in folders}) == len(folders)

@@ -13,7 +13,10 @@ from station.intake import records
 
 @dataclass(frozen=True)
 class Done:
-    """How many pages of a batch are done by `now`, and between which local times it ends, once that is known."""
+    """State of a batch: pages done by `now`, and when it ends.
+
+    The end is between two local times, once these are known.
+    """
 
     done: int
     total: int
@@ -36,9 +39,9 @@ class Done:
 
 @dataclass(frozen=True)
 class Event:
-    """A page that was settled, or a session that is left out.
+    """Page that was settled, or a session that is left out.
 
-    state, its name, where the result is or why there is none, how far the batch is when a page was settled.
+    state: its name, where the result is or why it is missing, how far the batch is when a page was settled.
     """
 
     state: str

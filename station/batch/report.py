@@ -1,4 +1,7 @@
-"""The morning report: one HTML file with pictures and figures of all pages, the worst first; it opens offline."""
+"""The morning report: one HTML file with pictures and figures.
+
+It shows all pages, the worst first, and opens offline.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +21,8 @@ from station.batch.outcomes import FIGURES, PageOutcome, Ranked, worst_first
 from station.verdict.judge import LEVELS
 
 PICTURE_PX, QUALITY = 320, 80  # the longer side, and of JPEG: some 15 kB a page
-MAX_PICTURES = 500  # 8 MB: what opens from a share at once; those that need a look come first
-MAX_ROWS = 5000  # a browser lays out no more in a second
+MAX_PICTURES = 500  # 8 MB: opens from a network share at once; those that need a look come first
+MAX_ROWS = 5000  # as many as a browser shows within a second
 WORST = " class='worst'"
 STYLE = """
 :root { color-scheme: light dark; }

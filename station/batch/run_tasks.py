@@ -1,4 +1,7 @@
-"""The pages of a batch, handed out longest first, as many at a time as there are workers; a result for each."""
+"""Hands out the pages of a batch, longest first.
+
+As many at a time as there are workers; a result for each.
+"""
 
 from __future__ import annotations
 
@@ -18,9 +21,10 @@ Result = TypeVar("Result")
 
 
 def run(tasks: Sequence[Item], workers: Workers, work: Work[Result]) -> Iterator[tuple[Item, Result]]:
-    """Each task with its result, in the order in which they end. The tasks are taken in the order given.
+    """Yield each task with its result, in the order in which they end.
 
-    Raises StationError for a fault that is not a page's, ClusterGone when the scheduler does not answer any more.
+    The tasks are taken in the order given. Raises StationError for a fault that is not a page's, ClusterGone when the
+    scheduler does not answer any more.
     """
     waiting, lost, needed = list(reversed(tasks)), dict[int, int](), dict[int, int]()
     running: dict[Future[Result], Item] = {}

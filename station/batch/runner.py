@@ -38,7 +38,11 @@ class Part(Protocol):
 
 @dataclass(frozen=True)
 class Finished:
-    """A batch that has come to its end. report: its path. pages: every page of its sources, as it is now."""
+    """Batch that has ended.
+
+    report: its path.
+    pages: every page of its sources, as it is now.
+    """
 
     report: Path
     pages: tuple[PageOutcome, ...]
@@ -59,12 +63,12 @@ def run_batch(
     limits: Thresholds = NO_LIMITS,
     now: Callable[[], datetime] = records.utc,
 ) -> Finished:
-    """Restore what is to do in folders of scans, into `output`, and in sessions. Returns the report and every page.
+    """Restore what is to do in folders of scans and in sessions.
 
-    limits: of the verdict on pages of folders; sessions have their own.
-
-    The report is written whatever ends the batch. Raises UsageError, FolderInUse, BadInput for a damaged session,
-    OSError when the disk refuses, StationError for other faults that are not a page's.
+    Folders are restored into `output`. The report is written whatever ends the batch.
+    limits: of the quality check on pages of folders; sessions have their own.
+    Returns the report and every page. Raises UsageError, FolderInUse, BadInput for a damaged session, OSError when the
+    disk refuses, StationError for other faults that are not a page's.
     """
     sessions = [source for source in sources if is_session(source)]
     folders = [source for source in sources if source not in sessions]
@@ -92,6 +96,9 @@ def run_batch(
 
 
 def _place_of_report(output: Path) -> Path:
-    """Where the report is written: next to a folder of results that has its name, as the source may."""
+    """Return where the report is written.
+
+    Next to a folder of results that has its name, as the source may.
+    """
     names = chain([REPORT], (f"report-{number}.html" for number in count(2)))
     return next(path for name in names if not (path := output / name).is_dir())

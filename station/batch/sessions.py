@@ -1,6 +1,7 @@
-"""A batch over sessions: each page without a current restoration is restored, and recorded in its session.
+"""A batch over sessions.
 
-Workers compute into folders on the session's disk; the process of the batch, the session's only writer, records.
+Each page without a current restoration is restored, and recorded in its session. Workers compute into folders on the
+session's disk; the process of the batch, the session's only writer, records.
 """
 
 from __future__ import annotations
@@ -56,7 +57,10 @@ class SessionTask:
 
 @dataclass(frozen=True)
 class SessionDone:
-    """What became of it: the run, whose result has `error` where there is no page; seconds, memory of the process."""
+    """Outcome of a page of a session.
+
+    The run, whose result has `error` without a page; seconds, memory of the process.
+    """
 
     run: Run
     seconds: float
@@ -64,9 +68,10 @@ class SessionDone:
 
 
 def restore_session_page(task: SessionTask, causes: Sequence[str] = ()) -> SessionDone:
-    """Restore the scan of a page. causes: how the processes ended that tried before; after two it is not tried again.
+    """Restore the scan of a page.
 
-    Raises what is not the scan's fault: of the disk, the settings, this computer.
+    causes: how the processes ended that tried before; after two it is not tried again.
+    Raises errors that are not the scan's fault: of the disk, the settings, this computer.
     """
     start = time.perf_counter()
     shutil.rmtree(task.folder, ignore_errors=True)  # of a process that has ended
@@ -91,9 +96,10 @@ def _failed(task: SessionTask, error: str, hint: str) -> Run:
 
 
 class SessionBatch:
-    """The pages of sessions, by the names of their folders. What came of a scan is recorded, and not tried again.
+    """Pages of sessions, by the names of their folders.
 
-    options: those that are given win over the session's preset.
+    The outcome of a scan is recorded, and not tried again.
+    options: those that are given override the session's preset.
     """
 
     def __init__(self, writers: Mapping[str, Writer], options: RunOptions) -> None:

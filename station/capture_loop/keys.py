@@ -1,4 +1,7 @@
-"""The operator's keys: single strokes on a terminal, lines of a pipe, a foot-switch on a serial line."""
+"""The operator's keys.
+
+Single strokes on a terminal, lines of a pipe, a foot-switch on a serial line.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,10 @@ class Switch(Protocol):
 
 @contextmanager
 def single_strokes(stream: IO[str]) -> Iterator[None]:
-    """Let a terminal give every key at once, without showing it, while the block runs; a pipe stays as it is."""
+    """Let a terminal give every key at once while the block runs.
+
+    Keys are not shown; a pipe stays as it is.
+    """
     if not stream.isatty():
         yield
         return
@@ -60,7 +66,10 @@ def single_strokes(stream: IO[str]) -> Iterator[None]:
 
 
 def read_keys(stream: IO[str], put: Callable[[str], None]) -> threading.Thread:
-    """Give each character of a stream to `put`, the empty string at its end, from a thread; returns the thread."""
+    """Give each character of a stream to `put`, from a thread.
+
+    The empty string marks its end. Returns the thread.
+    """
 
     def read() -> None:
         while True:
@@ -76,8 +85,9 @@ def read_keys(stream: IO[str], put: Callable[[str], None]) -> threading.Thread:
 
 @contextmanager
 def foot_switch(port: str | None, press: Callable[[], None]) -> Iterator[None]:
-    """Call `press` for every press of a foot-switch on a serial port while the block runs; None for no switch.
+    """Call `press` for every press of a foot-switch while the block runs.
 
+    port: a serial port, None without a switch.
     Raises UsageError when the port cannot be opened.
     """
     if port is None:

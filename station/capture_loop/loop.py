@@ -58,7 +58,11 @@ class Done:
 
 
 class Line(str):
-    """A line for the operator. key: what it tells; page: of which page, None for the volume."""
+    """Line for the operator.
+
+    key: what it reports.
+    page: of which page, None for the volume.
+    """
 
     key: str
     page: int | None
@@ -99,9 +103,9 @@ class CaptureLoop:
         self._typed: str | None = None
 
     def run(self) -> None:
-        """Take up what an earlier loop left, then work until the operator leaves and every restoration has ended.
+        """Continue what an earlier loop left, then work until the operator leaves.
 
-        Raises OSError when the disk refuses; what was shot is stored by then.
+        Every restoration has then ended. Raises OSError when the disk refuses; the captures are stored by then.
         """
         self._take_up()
         while not (self._leaving and not self._waiting):
@@ -203,7 +207,10 @@ class CaptureLoop:
         future.add_done_callback(lambda done: self.inbox.put(Done(capture, parameters, inputs, folder, done)))
 
     def finish(self, done: Done) -> None:
-        """Record a restoration, and judge it. One whose process crashed is tried once more, then recorded as failed."""
+        """Record a restoration, and check its quality.
+
+        One whose process crashed is tried once more, then recorded as failed.
+        """
         del self._waiting[done.capture.number]
         if done.future.cancelled():
             return
@@ -273,7 +280,10 @@ class CaptureLoop:
             self.show("note, then enter:")
 
     def _add_to_note(self, key: str) -> None:
-        """One more character of a note; enter ends it, an empty note is none."""
+        """Add one character to a note.
+
+        Enter ends it; an empty note is not recorded.
+        """
         typed, page = self._typed or "", self._current()
         if key not in "\r\n":
             self._typed = typed[:-1] if key in ERASE else typed + key * key.isprintable()
@@ -283,7 +293,10 @@ class CaptureLoop:
             self.note(typed.strip())
 
     def note(self, text: str, *, page: int | None = None) -> None:
-        """Write a note on a page that is named, or else on that of the last key; an empty one takes it away."""
+        """Write a note on a page that is named, or else on that of the last key.
+
+        An empty note removes it.
+        """
         self._page = self._page if page is None else page
         current = self._current()
         if current is not None:

@@ -30,7 +30,10 @@ class Chart:
 
 
 def find_chart(image: Bytes) -> Chart:
-    """Find the chart in a picture (h, w, 3) uint8 RGB. Raises BadInput when there is none, or it is overexposed."""
+    """Find the chart in a picture (h, w, 3) uint8 RGB.
+
+    Raises BadInput when it is not found, or is overexposed.
+    """
     detector = cv2.mcc.CCheckerDetector.create()
     picture = np.ascontiguousarray(image[..., ::-1])  # OpenCV's order
     if not _process(detector, picture):

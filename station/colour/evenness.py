@@ -1,7 +1,8 @@
-"""How evenly the light falls on a chart, from what its patches give back against what they should.
+"""Evenness of the light on a chart.
 
-A lamp's fall-off changes smoothly over a chart, and the colours of neighbouring patches have nothing in common: a
-quadratic of the place on the chart that explains more of the errors in luminance than chance does is light.
+From what its patches reflect against what they should. A lamp's fall-off changes smoothly over a chart, and the colours
+of neighbouring patches have nothing in common: a quadratic of the place on the chart that explains more of the errors
+in luminance than chance does is light.
 """
 
 from __future__ import annotations
@@ -14,14 +15,18 @@ from scipy.special import fdtrc
 from restore.scan import Floats
 
 COLUMNS, ROWS = 6, 4
-LEAST_RANGE = 0.05  # of the light: below it, half a unit of L*, fit and lamp cannot be told apart
-CHANCE = 0.001  # of an even light that is taken for an uneven one
+MIN_RANGE = 0.05  # of the light: below it, half a unit of L*, fit and lamp cannot be separated
+CHANCE = 0.001  # of an even light that is mistaken for an uneven one
 FLARE = 0.05  # of white: stray light and noise hide what darker patches say
 
 
 @dataclass(frozen=True, eq=False)
 class Evenness:
-    """light (24,) on the patches, 1 at most; fall_off: what is lost of it at the darkest, 0 for even light."""
+    """Evenness of the light on the patches.
+
+    light: (24,), 1 at most.
+    fall_off: the fraction of it that is lost at the darkest, 0 for even light.
+    """
 
     light: Floats
     fall_off: float
@@ -31,9 +36,10 @@ EVEN = Evenness(np.ones(COLUMNS * ROWS), 0.0)
 
 
 def measure_evenness(seen: Floats, wanted: Floats) -> Evenness:
-    """The light on the patches, from the luminance that is seen (24,) and that of the chart (24,), white being 1.
+    """Measure the light on the patches from their luminance.
 
     EVEN when a quadratic of the place explains no more than chance does (F test).
+    seen, wanted: (24,), measured luminance and that of the chart, white being 1.
     """
     terms = _terms()
     weight = np.sqrt(wanted / (wanted + FLARE))
@@ -46,12 +52,15 @@ def measure_evenness(seen: Floats, wanted: Floats) -> Evenness:
     light = np.exp(terms @ fit)
     light /= light.max()
     fall_off = float(1.0 - light.min())
-    if fall_off < LEAST_RANGE or fdtrc(free, rest, improvement) > CHANCE:
+    if fall_off < MIN_RANGE or fdtrc(free, rest, improvement) > CHANCE:
         return EVEN
     return Evenness(light, fall_off)
 
 
 def _terms() -> Floats:
-    """(24, 6) 1, place and its squares, of patches row by row."""
+    """Return the terms (24, 6) 1, place and its squares, of the patches.
+
+    Row by row.
+    """
     y, x = np.meshgrid(np.linspace(-1, 1, ROWS), np.linspace(-1, 1, COLUMNS), indexing="ij")
     return np.stack([np.ones_like(x), x, y, x * y, x * x, y * y], axis=-1).reshape(-1, 6)

@@ -1,4 +1,7 @@
-"""Quality figures of a picture of a chart, and the levels of the guidelines that each meets."""
+"""Quality figures of a picture of a chart.
+
+With the levels of the guidelines that each meets.
+"""
 
 from __future__ import annotations
 
@@ -25,11 +28,12 @@ def _limits(names: tuple[str, ...], *limits: float) -> Limits:
 
 @dataclass(frozen=True)
 class Criterion:
-    """A figure, and what it may be at most (at least, where `least`) for each level, the strictest first.
+    """Figure, and its limit for each level, the strictest first.
 
-    Limits of FADGI 2023 (bound volumes: general collections) and ISO 19264-1:2021 as set side by side in "Tabela
-    porównawcza: FADGI/ISO/Metamorfoze", skandalski.pl; the tables of both themselves were not at hand. 36 CFR 1236.50
-    (b) and (d), which goes by FADGI's three stars, asks for 300 ppi as well.
+    At most that (at least, where `least`). Limits of FADGI 2023 (bound volumes: general collections) and ISO
+    19264-1:2021 as compared in "Tabela porównawcza: FADGI/ISO/Metamorfoze", skandalski.pl; the tables of both
+    themselves were not available. 36 CFR 1236.50 (b) and (d), which goes by FADGI's three stars, asks for 300 ppi as
+    well.
     """
 
     name: str
@@ -56,10 +60,11 @@ CRITERIA = (
 
 
 def quality_figures(fit: ColourFit, *, ppi: float | None = None) -> list[dict[str, Any]]:
-    """Every figure that was measured with the levels it meets; None for a level that is not met.
+    """Return every figure that was measured with the levels it meets.
 
-    Colour, tone and white balance are those of patches that had no part in the fit. In uneven light nothing meets any
-    level: what a camera does in even light was not seen. ppi: pixels per inch of the target, where known.
+    None for a level that is not met. Colour, tone and white balance are those of patches that had no part in the fit.
+    In uneven light no figure meets any level: what a camera does in even light was not seen.
+    ppi: pixels per inch of the target, where known.
     """
     colour, greys = difference(fit.left_out, fit.reference), (fit.left_out - fit.reference)[GREYS]
     values: dict[str, float | None] = {
@@ -86,6 +91,9 @@ def _figure(criterion: Criterion, value: float, *, even: bool) -> dict[str, Any]
 
 
 def mean_differences(fit: ColourFit) -> dict[str, float]:
-    """Mean CIEDE2000 over the chart if the codes are taken for sRGB, by the profile, and on held-out patches of it."""
+    """Return mean CIEDE2000 over the chart.
+
+    With the codes as sRGB, by the profile, and on held-out patches of it.
+    """
     codings = {"as sRGB": fit.uncorrected, "by the profile": fit.corrected, "on held-out patches": fit.left_out}
     return {how: round(float(difference(lab, fit.reference).mean()), 3) for how, lab in codings.items()}

@@ -31,14 +31,15 @@ ALL_CODES = (-1.0, 2.0)  # range of light that OpenCV takes: from 0 to 0.98 it w
 
 @dataclass(frozen=True, eq=False)
 class ColourFit:
-    """Codes through the curve of an exponent, then the matrix (3, 3) to linear sRGB.
+    """Codes through the curve of an exponent, then a matrix to linear sRGB.
 
-    reference    (24, 3) L*a*b* of the chart's patches.
-    uncorrected  (24, 3) measured L*a*b* if the codes are taken for sRGB.
-    corrected    (24, 3) measured L*a*b* by the fit, in even light.
-    left_out     (24, 3) the same, each patch by a fit of curve and matrix that it had no part in.
-    noise        (24,) standard deviation of L* within the patches by the fit.
-    fall_off     share of the light that is lost from the brightest patch to the darkest; 0 in even light.
+    matrix: (3, 3).
+    reference: (24, 3), L*a*b* of the chart's patches.
+    uncorrected: (24, 3), measured L*a*b* with the codes as sRGB.
+    corrected: (24, 3), measured L*a*b* by the fit, in even light.
+    left_out: (24, 3), the same, each patch by a fit of curve and matrix that it had no part in.
+    noise: (24,), standard deviation of L* within the patches by the fit.
+    fall_off: fraction of the light that is lost from the brightest patch to the darkest; 0 in even light.
     """
 
     exponent: float
@@ -57,10 +58,10 @@ class ColourFit:
 
 
 def fit_colours(chart: Chart) -> ColourFit:
-    """Find the exponent and the matrix that bring the patches nearest to the chart's colours, by CIEDE2000.
+    """Find the exponent and the matrix that bring patches nearest the chart.
 
-    Where light falls unevenly on the chart, it is divided out of the patches first.
-    Raises BadInput when the patches are none of a chart.
+    By CIEDE2000. Where light falls unevenly on the chart, it is removed from the patches first. Raises BadInput when
+    the patches are not of a chart.
     """
     lamp, reference = EVEN, _matrix(chart.codes, SRGB_CURVE[0])[1]
     exponent = _exponent(chart.codes, lamp.light, reference)
@@ -84,7 +85,10 @@ def fit_colours(chart: Chart) -> ColourFit:
 def _exponent(
     codes: Floats, light: Floats, reference: Floats, around: float | None = None, weights: Floats | None = None
 ) -> float:
-    """The exponent of least mean difference of patches (24, 3) under light (24,), sought near another one if given."""
+    """Return the exponent of least mean difference of patches (24, 3).
+
+    Under light (24,), sought near another one if given.
+    """
     least, most = EXPONENTS if around is None else (max(around - NEAR, EXPONENTS[0]), min(around + NEAR, EXPONENTS[1]))
     optimum = minimize_scalar(
         lambda exponent: _mean_difference(codes, exponent, light, reference, weights),
@@ -96,7 +100,10 @@ def _exponent(
 
 
 def _left_out(codes: Floats, exponent: float, light: Floats, reference: Floats) -> Floats:
-    """(24, 3) L*a*b* of patches under light (24,), each by the fit to those that are not in its fold."""
+    """Return L*a*b* of patches, each by the fit to those of other folds.
+
+    Under light (24,). Returns (24, 3).
+    """
     lab = np.empty_like(codes)
     for fold in range(FOLDS):
         out = np.arange(len(codes)) % FOLDS == fold
@@ -107,12 +114,15 @@ def _left_out(codes: Floats, exponent: float, light: Floats, reference: Floats) 
 
 
 def _seen(codes: Floats, exponent: float, light: Floats, matrix: Floats) -> Floats:
-    """(24, 3) L*a*b* of patches in even light."""
+    """Return L*a*b* (24, 3) of patches in even light."""
     return lab_of_linear(linear_light(codes, exponent) / light[:, None] @ matrix.T)
 
 
 def _refuse_noise(codes: Floats, exponent: float, reference: Floats) -> None:
-    """Raise BadInput when patches (24, 3) fit the chart little better than in wrong orders, as those of no chart do."""
+    """Raise BadInput when patches (24, 3) do not fit the chart.
+
+    They fit little better than in wrong orders, as patches of no chart do.
+    """
     fitted = _mean_difference(codes, exponent, EVEN.light, reference)
     wrong_orders = (np.roll(codes, shift, axis=0) for shift in WRONG_ORDERS)
     disordered = float(np.median([_mean_difference(order, exponent, EVEN.light, reference) for order in wrong_orders]))
@@ -125,13 +135,19 @@ def _refuse_noise(codes: Floats, exponent: float, reference: Floats) -> None:
 
 
 def tone_curve(exponent: float) -> Curve:
-    """The curve of sRGB with another exponent, its straight part as steep as to meet the rest."""
+    """Return the curve of sRGB with another exponent.
+
+    Its straight part is as steep as to meet the rest.
+    """
     _, a, b, _, d = SRGB_CURVE
     return exponent, a, b, (a * d + b) ** exponent / d, d
 
 
 def linear_light(codes: Floats, exponent: float) -> Floats:
-    """(…, 3) light, 0 to 1, of codes (…, 3), 0 to 255, through the curve of an exponent."""
+    """Return light (…, 3), 0 to 1, of codes through an exponent's curve.
+
+    codes: (…, 3), 0 to 255.
+    """
     g, a, b, c, d = tone_curve(exponent)
     share = np.asarray(codes) / FULL
     return np.asarray(np.where(share >= d, (a * np.maximum(share, d) + b) ** g, c * share))
@@ -147,9 +163,11 @@ def _mean_difference(
 def _matrix(
     codes: Floats, exponent: float, light: Floats = EVEN.light, weights: Floats | None = None
 ) -> tuple[Floats, Floats]:
-    """The matrix (3, 3) from light to linear sRGB, and the L*a*b* of the chart's own patches that have a part in it.
+    """Fit the matrix (3, 3) from light to linear sRGB.
 
-    light (24,): that falls on the patches. weights (24,): of the patches, 0 for those that have no part in the fit.
+    light: (24,), that falls on the patches.
+    weights: (24,), of the patches, 0 for those that have no part in the fit.
+    Returns also the L*a*b* of the chart's own patches that have a part in it.
     """
     seen = (linear_light(codes, exponent) / light[:, None]).reshape(-1, 1, 3)
     cv: Any = cv2.ccm  # its names changed from OpenCV 4 to 5, and the type stubs know one of them

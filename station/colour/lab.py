@@ -11,7 +11,10 @@ BEND = 6 / 29  # below this cube root the lightness curve is straight (CIE 15:20
 
 
 def lab_of_xyz(xyz: Floats) -> Floats:
-    """(…, 3) L*a*b* of XYZ (…, 3) under D50, Y = 1 for white."""
+    """Convert XYZ under D50, Y = 1 for white, to L*a*b*.
+
+    xyz: (…, 3). Returns (…, 3).
+    """
     share = np.asarray(xyz) / D50
     f = np.where(share > BEND**3, np.cbrt(share), share / (3 * BEND**2) + 4 / 29)
     x, y, z = np.moveaxis(f, -1, 0)
@@ -19,23 +22,23 @@ def lab_of_xyz(xyz: Floats) -> Floats:
 
 
 def lab_of_linear(light: Floats) -> Floats:
-    """(…, 3) L*a*b* of linear sRGB (…, 3)."""
+    """Convert linear sRGB (…, 3) to L*a*b* (…, 3)."""
     return lab_of_xyz(np.asarray(light) @ srgb_matrix().T)
 
 
 def luminance(light: Floats) -> Floats:
-    """(…) Y, 1 for white, of linear sRGB (…, 3)."""
+    """Return the luminance Y (…), 1 for white, of linear sRGB (…, 3)."""
     return np.asarray(np.asarray(light) @ srgb_matrix()[1])
 
 
 def luminance_of_lab(lab: Floats) -> Floats:
-    """(…) Y, 1 for white, of L*a*b* (…, 3)."""
+    """Return the luminance Y (…), 1 for white, of L*a*b* (…, 3)."""
     f = (np.asarray(lab)[..., 0] + 16) / 116
     return np.where(f > BEND, f**3, 3 * BEND**2 * (f - 4 / 29))
 
 
 def difference(a: Floats, b: Floats) -> Floats:
-    """(…) CIEDE2000 between colours (…, 3) L*a*b*.
+    """Return CIEDE2000 (…) between colours (…, 3) L*a*b*.
 
     G. Sharma, W. Wu, E. Dalal, "The CIEDE2000 color-difference formula: implementation notes", Color Research and
     Application 30(1), 2005, eqs. 2–22, all parametric weights 1.

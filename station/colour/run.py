@@ -1,4 +1,7 @@
-"""The command `planish colour`: from a shot of the chart to a profile and its figures."""
+"""The command `planish colour`: from a chart to a profile.
+
+The chart is captured; the profile comes with its figures.
+"""
 
 from __future__ import annotations
 
@@ -32,9 +35,10 @@ class ColourRun:
 
 
 def profile_colours(target: Path, output: Path, *, force: bool = False) -> ColourRun:
-    """Measure a chart in a picture, a restored page or a scan; write the profile and, beside it, the figures.
+    """Measure a chart; write the profile and, next to it, the figures.
 
-    Raises OverwriteError, BadInput, NotEnoughSurface, OSError when the disk refuses.
+    The chart is in a picture, a restored page or a scan. Raises OverwriteError, BadInput, NotEnoughSurface, OSError
+    when the disk refuses.
     """
     profile = output if output.suffix.lower() == SUFFIX else output.with_name(output.name + SUFFIX)
     files = [profile, profile.with_suffix(".json")]

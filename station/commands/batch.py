@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.commands.options import MOST_S, Debug, Json, Kinds, Out, Restoration, Unit, grouped, run_options
+from station.commands.options import MAX_S, Debug, Json, Kinds, Out, Restoration, Unit, grouped, run_options
 from station.commands.terminal import print_note, print_result, report_faults
 from station.errors import SET_ASIDE, UsageError
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from station.workers.executors import Workers
 
 SHARE = 0.9  # of the memory: the rest is the system's
-LEAST_MIB = 512  # in less a worker cannot even load its libraries
+MIN_MIB = 512  # in less a worker cannot even load its libraries
 
 Sources = Annotated[
     list[Path],
@@ -45,7 +45,7 @@ MemoryLimit = Annotated[
     ),
 ]
 PageTimeout = Annotated[
-    float, typer.Option(min=1, max=MOST_S, metavar="S", help="Seconds after which a page is quarantined.")
+    float, typer.Option(min=1, max=MAX_S, metavar="S", help="Seconds after which a page is quarantined.")
 ]
 QualityPreset = Annotated[
     str, typer.Option(metavar="PRESET", help="Preset of the quality check for folders: book, map, … or a TOML file.")
@@ -80,9 +80,9 @@ def batch(
 
         if jobs is not None and scheduler is not None:
             raise UsageError("--jobs is the cluster's business", "leave --jobs out with --scheduler")
-        if memory_limit is not None and 0 < memory_limit < LEAST_MIB:
+        if memory_limit is not None and 0 < memory_limit < MIN_MIB:
             raise UsageError(
-                f"--memory-limit: in {memory_limit} MiB no page is restored", f"give {LEAST_MIB} or more, or 0"
+                f"--memory-limit: in {memory_limit} MiB no page is restored", f"give {MIN_MIB} or more, or 0"
             )
         options = run_options("batch", kinds, chosen, unit=unit)
         limits = load_preset(quality_preset).thresholds
@@ -124,6 +124,9 @@ def batch(
 
 
 def _share_mib(count: int) -> int:
-    """An equal share of this computer's memory for each of so many processes, MiB; not less than each needs."""
+    """Return an equal part of this computer's memory for each process, MiB.
+
+    Not less than each needs.
+    """
     pages = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    return max(int(pages * SHARE / count) // 2**20, LEAST_MIB)
+    return max(int(pages * SHARE / count) // 2**20, MIN_MIB)

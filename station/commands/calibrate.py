@@ -1,4 +1,7 @@
-"""`planish board`, `calibrate` and `axis`: a body and its lens, and a turntable, from scans of a marker board."""
+"""`planish board`, `calibrate` and `axis`.
+
+They calibrate a body and its lens, and a turntable, from scans of a marker board.
+"""
 
 from __future__ import annotations
 

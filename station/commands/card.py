@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 POINTS_PER_MM = 72 / 25.4
 SHEET_MM = (210.0, 279.0)  # fits on A4 and on Letter paper
-TOP_MM = 30.0  # of the card below the upper edge of the sheet: no printer leaves so much out
+TOP_MM = 30.0  # of the card below the upper edge of the sheet: printers' margins are narrower
 RULER_MM = 100.0
 RULER_GAP_MM = 14.0  # from the card to the line under it, which is measured and cut off
 TICK_MM = 3.0
@@ -51,7 +51,10 @@ def card(
 
 
 def encode_card(card: ScaleCard) -> bytes:
-    """A PDF of one sheet with the card in its true size, drawn as rectangles, and a line to check the printer by."""
+    """Encode a PDF of one sheet with the card in its true size.
+
+    Drawn as rectangles, with a line to check the printer by.
+    """
     import pikepdf
 
     name = pikepdf.Name
@@ -94,7 +97,10 @@ def _operators(card: ScaleCard) -> Iterator[str]:
 
 
 def _marker(card: ScaleCard, marker: int, x: float, y: float) -> Iterator[str]:
-    """A black square with its white cells, those of a row that touch as one: no hairlines between them."""
+    """Yield the operators of a black square with its white cells.
+
+    Those of a row that touch are one: no hairlines appear between them.
+    """
     ink = card.ink(marker)
     cell = card.marker_mm / len(ink)
     left, top = x - card.marker_mm / 2, y + card.marker_mm / 2

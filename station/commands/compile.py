@@ -1,4 +1,7 @@
-"""`planish compile`: compile the numerical kernels before the first scan has to wait for them."""
+"""`planish compile`: compiles the numerical kernels.
+
+The first scan then need not wait for them.
+"""
 
 from __future__ import annotations
 
@@ -16,9 +19,10 @@ OUTPUTS = frozenset({"mesh", "review"})  # the mesh is restored in its turn
 
 
 def compile_kernels() -> int:
-    """Restore a small page as a scan and as a mesh. Returns the number of functions compiled.
+    """Restore a small page as a scan and as a mesh.
 
-    Those of other methods, formats and outputs are compiled when they are first used; progress says so.
+    Functions of other methods, formats and outputs are compiled when they are first used; progress says so. Returns the
+    number of functions compiled.
     """
     from restore import Settings, save_scan
     from restore.runtime import notify_when_compiling

@@ -59,7 +59,10 @@ Probe = Annotated[bool, typer.Option("--probe", help="Query devices behind USB b
 def find_connected(
     host: Host, name_filter: NameFilter, *, probe: bool = False, report: Callable[[str], None] = print_note
 ) -> ConnectedDevices:
-    """Search SCSI, USB and serial ports. probe: query devices behind USB bridges, too, and report each."""
+    """Search SCSI, USB and serial ports.
+
+    probe: query devices behind USB bridges, too, and report each.
+    """
     from drivers.scanner import TransportError
     from drivers.vivid900.discovery import find_bridges, find_scsi, find_serial_ports, probe_bridges
 

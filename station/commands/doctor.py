@@ -122,7 +122,10 @@ def _scanners(connected: ConnectedDevices, name_filter: NameFilter, needed: Stat
 
 
 def _has_unprobed_bridge(connected: ConnectedDevices) -> bool:
-    """True when a usable bridge was not probed: devices behind Adaptec's bridges get no nodes from the kernel."""
+    """Return whether a usable bridge was not probed.
+
+    Devices behind Adaptec's bridges get no nodes from the kernel.
+    """
     ready = any(bridge.usable and not bridge.bridge.sleeping for bridge in connected.bridges)
     return ready and not connected.probed
 
@@ -163,13 +166,19 @@ def _tesseract(languages: Sequence[str] | None) -> Check:
 
 
 def scsi_rule(name_filter: NameFilter) -> str:
-    """The udev rule that lets whoever sits at the computer use the scanner's node."""
+    """Return the udev rule that opens the scanner's node to local users.
+
+    They are those who sit at the computer.
+    """
     names = f'ATTRS{{vendor}}=="*{name_filter.vendor}*", ATTRS{{model}}=="*{name_filter.product}*"'
     return f'SUBSYSTEM=="scsi_generic", {names}, TAG+="uaccess"'
 
 
 def usb_rule(vendor: int, product: int) -> str:
-    """The udev rule that lets whoever sits at the computer use a bridge."""
+    """Return the udev rule that opens a bridge to local users.
+
+    They are those who sit at the computer.
+    """
     return f'SUBSYSTEM=="usb", ATTR{{idVendor}}=="{vendor:04x}", ATTR{{idProduct}}=="{product:04x}", TAG+="uaccess"'
 
 
@@ -178,7 +187,10 @@ def _add_rule(rule: str) -> str:
 
 
 def _group_of(node: Path) -> str:
-    """The group that a serial port belongs to; Debian's name for it where that cannot be seen."""
+    """Return the group that a serial port belongs to.
+
+    Debian's name for it where that cannot be seen.
+    """
     try:
         return node.group()
     except (OSError, KeyError, NotImplementedError):
@@ -202,7 +214,10 @@ def missing_libraries() -> Sequence[SystemLibrary]:
 
 
 def missing_packages(missing: Sequence[SystemLibrary]) -> list[str]:
-    """Debian's names of the packages that hold missing libraries, each once, in their order."""
+    """Return Debian's names of the packages of missing libraries.
+
+    Each once, in their order.
+    """
     return list(dict.fromkeys(library.package for library in missing))
 
 

@@ -22,7 +22,10 @@ Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print each stage
 
 
 class CommandGroups(TyperGroup):
-    """Commands listed by the panel that each was added to, groups of commands first, with descriptions uncut."""
+    """Commands listed by the panel that each was added to.
+
+    Groups of commands first, with descriptions uncut.
+    """
 
     def get_command(self, ctx: Context, cmd_name: str) -> Command | None:
         """Return a command with its description as its short help, which shells show uncut."""
@@ -51,7 +54,10 @@ def _description(command: Any) -> str:
 
 
 def with_verbosity(command: Callable[..., None]) -> Callable[..., None]:
-    """Return the command with the options --quiet and --verbose, which hold while it runs."""
+    """Return the command with the options --quiet and --verbose.
+
+    They hold while it runs.
+    """
 
     @wraps(command)
     def speaking(*, quiet: bool, verbose: bool, **values: Any) -> None:

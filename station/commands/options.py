@@ -1,6 +1,7 @@
-"""The options of the commands, each declared once, and groups of them that several commands take.
+"""The options of the commands, each declared once.
 
-A command takes a group as one parameter, a dataclass, and is wrapped with `grouped`.
+Several commands take groups of them. A command takes a group as one parameter, a dataclass, and is wrapped with
+`grouped`.
 """
 
 from __future__ import annotations
@@ -35,13 +36,19 @@ def output_path(text: str) -> Path:
 
 
 def new_folder_path(text: str) -> Path:
-    """The path of a folder to make, as `output_path` has it; a session of that name is told by who would make it."""
+    """Return the path of a folder to make, as `output_path` has it.
+
+    The maker of a session reports one of that name.
+    """
     session = session_around(Path(text))
     return Path(text) if session == Path(os.path.realpath(text)) else output_path(text)
 
 
 def require_suffix(output: Path, suffix: str) -> None:
-    """Raise UsageError for the name of a file that tells another format than is written."""
+    """Raise UsageError for a file name of another format.
+
+    Another one than is written.
+    """
     if output.suffix.lower() != suffix:
         raise UsageError(f"--output: {output} does not end in {suffix}, which is what is written", f"add {suffix}")
 
@@ -59,7 +66,10 @@ def unit_name(text: str) -> str:
 
 
 def output_names(text: str) -> list[str]:
-    """The names in a list separated by commas. Raises UsageError for one that is not an output."""
+    """Return the names in a list separated by commas.
+
+    Raises UsageError for one that is not an output.
+    """
     names = [name for part in text.split(",") if (name := part.strip())]
     if unknown := [name for name in names if name not in FLAGS]:
         raise UsageError(f"--outputs: {unknown[0]!r} is not an output", f"give names of {', '.join(FLAGS)}")
@@ -107,7 +117,7 @@ AllowDistorted = Annotated[
 ]
 Debug = Annotated[bool, typer.Option("--debug", help="Print the traceback of an error.")]
 
-MOST_S = 1e6  # of any time that is waited: eleven days
+MAX_S = 1e6  # of any time that is waited: eleven days
 
 
 @dataclass(frozen=True)
@@ -128,13 +138,16 @@ class Kinds:
 
     @property
     def wanted(self) -> frozenset[str]:
-        """The kinds of `station.export.outputs.OUTPUTS` that were requested, by --outputs or by a flag of each."""
+        """Return the kinds of outputs that were requested.
+
+        Of `station.export.outputs.OUTPUTS`, by --outputs or by a flag of each.
+        """
         return frozenset(output_names(self.outputs)) | {name for name in FLAGS if getattr(self, name)}
 
 
 @dataclass(frozen=True)
 class Run:
-    """Options that all commands that write a page share."""
+    """Options of all commands that write a page."""
 
     force: Force = False
     rotate: RotateBy = Rotation.NONE
@@ -189,7 +202,11 @@ class Restoration:
 
 
 def run_options(command: str, kinds: Kinds, chosen: Restoration, **others: Any) -> RunOptions:
-    """The options of a command's run. others: of its fields. Raises BadInput for an unusable profile, UsageError."""
+    """Return the options of a command's run.
+
+    others: of its fields.
+    Raises BadInput for an unusable profile, UsageError.
+    """
     from restore import Settings
     from station.config import build_model
     from station.run.options import RunOptions
@@ -269,7 +286,10 @@ class Pictures:
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
-    """The command with every field of its dataclass parameters as a parameter of its own, as typer wants them."""
+    """Return the command with the fields of its dataclasses as parameters.
+
+    Each field is a separate parameter, as typer needs them.
+    """
     hints = get_type_hints(command, include_extras=True)
     groups = {name: hint for name, hint in hints.items() if is_dataclass(hint) and isinstance(hint, type)}
     plain, grouped_ = [], []
@@ -294,7 +314,10 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def _parameters(group: type) -> list[inspect.Parameter]:
-    """A parameter for every field of a dataclass, with its declaration as an option and its default."""
+    """Return a parameter for every field of a dataclass.
+
+    With its declaration as an option and its default.
+    """
     hints = get_type_hints(group, include_extras=True)
     default = group()
     return [

@@ -1,4 +1,7 @@
-"""`planish park`: the laser off and the turntable stopped, whatever an earlier run left behind."""
+"""`planish park`: the laser off and the turntable stopped.
+
+Whatever an earlier run left behind.
+"""
 
 from __future__ import annotations
 
@@ -22,9 +25,10 @@ def park(config: Config, debug: Debug = False) -> None:
 
 
 def park_station(config: StationConfig, *, report: Callable[[str], None]) -> None:
-    """Park the scanner, then the stage where there is one, the second even when the first fails.
+    """Park the scanner, then the turntable, if any.
 
-    report  called with a line for each that is parked.
+    The second even when the first fails.
+    report: called with a line for each that is parked.
     Raises the first ScannerError, with a note for a second one, and with LASER_MAY_BE_ON when the scanner failed.
     """
     errors: list[ScannerError] = []
@@ -52,7 +56,10 @@ def _park_scanner(config: StationConfig) -> None:
 
 
 def _park_stage(config: StationConfig) -> bool:
-    """Stop the stage. Returns False when there is no real one."""
+    """Stop the turntable.
+
+    Returns False when it does not exist.
+    """
     from drivers import SIMULATED_PORT
     from drivers.stage import open_stage
 

@@ -1,4 +1,7 @@
-"""`planish patterns`: the Gray-code pictures that a projector shows, and what they are."""
+"""`planish patterns`: the Gray-code pictures that a projector shows.
+
+With an index of what they are.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +47,10 @@ def patterns(
 
 
 def parse_size(text: str) -> tuple[int, int]:
-    """Width and height of a text WxH. Raises UsageError for another, and for a size that no projector has."""
+    """Return width and height of a text WxH.
+
+    Raises UsageError for another, and for a size that no projector has.
+    """
     from restore import BadInput, Projector
     from station.errors import UsageError
 
@@ -59,7 +65,10 @@ def parse_size(text: str) -> tuple[int, int]:
 
 
 def pattern_files(folder: Path, width: int, height: int) -> Iterator[tuple[Path, bytes]]:
-    """The files of the patterns: pictures in the order in which they are shown, and the index."""
+    """Yield the files of the patterns.
+
+    Pictures in the order in which they are shown, and the index.
+    """
     import numpy as np
 
     from restore import Projector

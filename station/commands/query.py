@@ -1,4 +1,7 @@
-"""`planish query`: what a scanner answers to the questions of a command profile, before the profile is trusted."""
+"""`planish query`: a scanner's answers to a command profile's questions.
+
+They are asked before the profile is trusted.
+"""
 
 from __future__ import annotations
 

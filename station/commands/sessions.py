@@ -233,7 +233,10 @@ def _step(
     move_run: Callable[[Writer, int, str], Event | None],
     words: tuple[str, str],
 ) -> None:
-    """Undo or redo the operator's step, or a stage's run on a page. words: what it is called, and called when done."""
+    """Undo or redo the operator's step, or a stage's run on a page.
+
+    words: what it is called, and called when done.
+    """
     from station.errors import UsageError
     from station.session.parts import STAGES
 
@@ -285,7 +288,10 @@ def enter(index: Path | None, session: Session) -> None:
 
 @contextmanager
 def _writing(index: Path | None, name: str) -> Iterator[Writer]:
-    """The session, opened for writing; its entry in the index follows when the block ends."""
+    """Yield the session, opened for writing.
+
+    Its entry in the index follows when the block ends.
+    """
     from station.session import open_session
 
     with open_session(find_session(index, name)) as writer:

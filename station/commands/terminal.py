@@ -53,9 +53,9 @@ def occupy_standard_streams() -> None:
 
 @contextmanager
 def report_faults(*, debug: bool = False) -> Iterator[None]:
-    """Run the block; report an error on stderr in the operator's words and exit with its code, without a traceback.
+    """Run the block; report an error on stderr and exit with its code.
 
-    With `debug` the traceback comes first.
+    In the operator's words, without a traceback; with `debug` the traceback comes first.
     """
     try:
         with _ending_signals_raise():
@@ -86,7 +86,7 @@ def usage_fault(error: CommandLineError) -> Fault:
 
 
 def print_fault(fault: Fault) -> None:
-    """Print a fault on stderr, if it is open and somebody reads it."""
+    """Print a fault on stderr, if that is open and is read."""
     _print_error("\n".join([f"planish: {fault.message}", *(f"  {hint}" for hint in fault.hints)]))
 
 
@@ -100,9 +100,10 @@ def _print_error(text: str) -> None:
 
 
 def print_result(text: str) -> None:
-    """Print on stdout, with escapes for control characters and those outside its encoding.
+    """Print on stdout, with escapes.
 
-    Raises typer.Exit when nobody reads it any more, OSError when the disk is full.
+    They stand for control characters and those outside its encoding. Raises typer.Exit when the reader is gone, OSError
+    when the disk is full.
     """
     try:
         print(_escaped(text, sys.stdout), flush=True)  # a closed stdout is None, and print leaves it alone
@@ -122,7 +123,10 @@ def print_note(text: str) -> None:
 
 
 def _escaped(text: str, stream: TextIO | None) -> str:
-    """The text with escapes for what the stream cannot hold, and for control characters, which a terminal obeys."""
+    """Return the text with escapes.
+
+    For what the stream cannot hold, and for control characters, which a terminal obeys.
+    """
     encoding = getattr(stream, "encoding", None) or "utf-8"
     text = CONTROLS.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
     return text.encode(encoding, "backslashreplace").decode(encoding)

@@ -1,4 +1,7 @@
-"""`planish trace`: SCSI commands of a scanner, extracted from captures of the USB bus and compared."""
+"""`planish trace`: SCSI commands of a scanner from USB captures.
+
+They are extracted from captures of the USB bus and compared.
+"""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.commands.options import MOST_S, Debug, Json, Kinds, Out, Restoration, Unit, grouped, run_options
+from station.commands.options import MAX_S, Debug, Json, Kinds, Out, Restoration, Unit, grouped, run_options
 from station.commands.terminal import print_result, report_faults
 from station.progress import progress_on
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder in which scans arrive.", show_default=False)]
 Once = Annotated[bool, typer.Option("--once", help="End when all present scans are done.")]
 Settle = Annotated[
-    float, typer.Option(min=0, max=MOST_S, metavar="S", help="Seconds without change after which a file is complete.")
+    float, typer.Option(min=0, max=MAX_S, metavar="S", help="Seconds without change after which a file is complete.")
 ]
 Pair = Annotated[
-    float, typer.Option(min=0, max=MOST_S, metavar="S", help="Seconds to wait for the image and material of a mesh.")
+    float, typer.Option(min=0, max=MAX_S, metavar="S", help="Seconds to wait for the image and material of a mesh.")
 ]
 Poll = Annotated[
-    float, typer.Option(min=0.05, max=MOST_S, metavar="S", help="Seconds between two listings of the folder.")
+    float, typer.Option(min=0.05, max=MAX_S, metavar="S", help="Seconds between two listings of the folder.")
 ]
 
 

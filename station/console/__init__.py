@@ -1,4 +1,4 @@
-"""The console: the station as pages of a browser on the machine beside the scanner.
+"""The web interface: the station in a browser at the scanner.
 
 serving      the HTTP server: sockets, TLS, signals
 app          the routes behind the guard

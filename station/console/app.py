@@ -16,7 +16,10 @@ from station.version import software_version
 
 
 def build_app(app_state: AppState, door: Door, files: Mapping[str, PageFile] | None = None) -> App:
-    """The console as an ASGI application. files: those of the page; the shipped ones by default."""
+    """Return the web interface as an ASGI application.
+
+    files: those of the page; the shipped ones by default.
+    """
 
     @asynccontextmanager
     async def life(_app: FastAPI) -> AsyncIterator[None]:

@@ -1,4 +1,7 @@
-"""Faults of a request: a key that the page translates, an HTTP status, a sentence, what to do now, the facts."""
+"""Faults of a request.
+
+A key that the page translates, an HTTP status, a sentence, what to do now, the facts.
+"""
 
 from __future__ import annotations
 
@@ -97,13 +100,19 @@ def fault_of(error: BaseException) -> ConsoleFault:
 
 
 def problem_of(error: BaseException) -> dict[str, Any]:
-    """An error as `text` and `hint` in English, and its `kinds`, by which the page has them in other languages."""
+    """Return an error as `text` and `hint` in English, and its `kinds`.
+
+    The page has those in other languages.
+    """
     told = explain(error)
     return {"text": told.message, "hint": " ".join(told.hints), "kinds": kinds_of(error)}
 
 
 def kinds_of(error: BaseException) -> list[str]:
-    """What kind of error it is, the narrowest first: a message of the panel, a code of the system, its classes."""
+    """Return what kind of error it is, the narrowest first.
+
+    A message of the panel, a code of the system, its classes.
+    """
     narrow = []
     if isinstance(error, PanelError):
         narrow = ["panel_" + re.sub(r"[^a-z0-9]+", "_", error.panel.lower()).strip("_")]

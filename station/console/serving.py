@@ -37,7 +37,10 @@ SPARE_FILES = 200  # descriptors for everything else
 
 @dataclass(frozen=True)
 class Address:
-    """Where the server listens. cert, key: files of its TLS certificate, None on this machine."""
+    """Where the server listens.
+
+    cert, key: files of its TLS certificate, None on this machine.
+    """
 
     host: str = LOCALHOST
     port: int = PORT
@@ -51,7 +54,10 @@ class Address:
 
 
 def max_connections() -> int:
-    """Connections that this process can take: a further one closes the one that has been silent longest."""
+    """Return the number of connections that this process can take.
+
+    A further one closes the one that has been silent longest.
+    """
     allowed, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return MAX_CONNECTIONS if allowed < 0 else max(min(allowed - SPARE_FILES, MAX_CONNECTIONS), SPARE_FILES)
 
@@ -67,7 +73,10 @@ def check_address(address: Address) -> None:
 
 
 def bind(address: Address) -> socket.socket:
-    """The listening socket. Raises UsageError when the address cannot be used, or is no single one."""
+    """Return the listening socket.
+
+    Raises UsageError when the address cannot be used, or is not a single one.
+    """
     family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:
@@ -87,7 +96,10 @@ def bind(address: Address) -> socket.socket:
 
 
 def _refuse_everywhere(address: Address, bound: str) -> None:
-    """Raise UsageError for a socket that is bound to every address, however that was written: `0`, `0x0`, nothing."""
+    """Raise UsageError for a socket that is bound to every address.
+
+    However that was written: `0`, `0x0`, nothing.
+    """
     place = ipaddress.ip_address(bound.partition("%")[0])
     mapped = place.ipv4_mapped if isinstance(place, ipaddress.IPv6Address) else None
     if place.is_unspecified or (mapped is not None and mapped.is_unspecified):
@@ -113,8 +125,9 @@ def link_of(address: Address, port: int, door: Door) -> str:
 
 
 def serve(app_state: AppState, address: Address, *, show: Callable[[str], None]) -> None:
-    """Serve the console until a signal ends the process. show: prints the link when the server answers.
+    """Serve the web interface until a signal ends the process.
 
+    show: prints the link when the server answers.
     Raises UsageError for the address, ScannerError when the scanner could not be parked.
     """
     check_address(address)
@@ -139,7 +152,7 @@ class ConsoleServer(uvicorn.Server):
             loop="asyncio",
             lifespan="on",
             log_config=None,
-            log_level="error",  # a damaged request is no fault of ours
+            log_level="error",  # a damaged request is not an error of the server
             access_log=False,  # it would write the token of the link
             server_header=False,
             proxy_headers=False,
@@ -153,7 +166,10 @@ class ConsoleServer(uvicorn.Server):
         self._accepting: list[asyncio.Task[None]] = []
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:  # noqa: ARG002 — a signal handler's
-        """End after what is being done; a second signal changes nothing, for the laser has to be off first."""
+        """End after the current work.
+
+        A second signal changes nothing, for the laser has to be off first.
+        """
         self._captured_signals.append(sig)
         self.should_exit = True
 
@@ -171,7 +187,10 @@ class ConsoleServer(uvicorn.Server):
                 signal.signal(signal.SIGHUP, before)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Begin to answer, then say so. The connections are ours to accept, so uvicorn gets no socket."""
+        """Begin to answer, then say so.
+
+        Connections are accepted here, so uvicorn gets no socket.
+        """
         await super().startup([])
         self._connections = Connections(self._make_protocol, max_connections(), self.config.ssl)
         for listener in sockets or ():

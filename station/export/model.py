@@ -1,7 +1,8 @@
-"""The page as a model: its surface, its flat positions and its strain, as arrays of 32 bits that a browser can draw.
+"""The page as a model that a browser can draw.
 
-"PLM1", the length of the header (4 bytes), the header in JSON, then the arrays, all little endian, each at a multiple
-of four bytes after the header. The header names each array with its type, its shape and its place.
+Its surface, its flat positions and its strain, as arrays of 32 bits. "PLM1", the length of the header (4 bytes), the
+header in JSON, then the arrays, all little endian, each at a multiple of four bytes after the header. The header names
+each array with its type, its shape and its place.
 """
 
 from __future__ import annotations
@@ -31,7 +32,10 @@ Arrays = Mapping[str, NDArray[Any]]
 
 
 class StoredArray(BaseModel):
-    """Where an array is in the block: its type, its shape, its first byte after the header."""
+    """Where an array is in the block.
+
+    Its type, its shape, its first byte after the header.
+    """
 
     model_config = ConfigDict(strict=True)
     type: Literal["float32", "uint32"]
@@ -47,7 +51,10 @@ class Header(BaseModel):
 
 
 def encode_model(page: RestoredPage, frames: Sequence[Frame]) -> bytes:
-    """The model of a page. frames: steps of the flattening, kept where the sheet moves through space."""
+    """Encode the model of a page.
+
+    frames: steps of the flattening, kept where the sheet moves through space.
+    """
     mesh = page.fine
     strain = face_strain(mesh.flat, mesh.faces, mesh.edges, mesh.lengths)[:, :1]
     arrays: dict[str, NDArray[Any]] = {
@@ -68,9 +75,10 @@ def centred(points: Floats) -> Floats:
 
 
 def page_uv(flat: Floats, dpi: float, size: tuple[int, int]) -> Floats:
-    """Flat positions (n, 2) mm as positions (n, 2) on the picture of the page, 0 to 1, v upwards.
+    """Convert flat positions (n, 2) mm to positions on the page's picture.
 
     size: height and width of the picture, pixels.
+    Returns (n, 2), 0 to 1, v upwards.
     """
     corner = np.array([flat[:, 0].min(), flat[:, 1].max()])
     right, down = ((flat - corner) * [1.0, -1.0] * dpi / MM_PER_INCH).T
@@ -78,7 +86,10 @@ def page_uv(flat: Floats, dpi: float, size: tuple[int, int]) -> Floats:
 
 
 def encode_arrays(arrays: Arrays, facts: Mapping[str, Any]) -> bytes:
-    """Arrays of floats and of indices, and JSON values beside them, as one block of bytes."""
+    """Encode arrays and JSON values as one block of bytes.
+
+    The arrays are floats or indices.
+    """
     place, described, parts = 0, {}, list[bytes]()
     for name, array in arrays.items():
         kind = "float32" if np.issubdtype(array.dtype, np.floating) else "uint32"
@@ -92,7 +103,10 @@ def encode_arrays(arrays: Arrays, facts: Mapping[str, Any]) -> bytes:
 
 
 def decode_arrays(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """The arrays (…) and the facts of `encode_arrays`. Raises ValueError for what it did not write."""
+    """Decode the arrays (…) and the facts of `encode_arrays`.
+
+    Raises ValueError for what it did not write.
+    """
     length = int.from_bytes(data[4:8], "little")
     if data[:4] != MAGIC or length > min(MAX_HEADER_BYTES, len(data)):
         raise ValueError("it is not a model")
@@ -107,7 +121,10 @@ def decode_arrays(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]
 
 
 def _steps(frames: Sequence[Frame], mesh: FlatMesh) -> dict[str, NDArray[Any]]:
-    """The recorded steps, where the method moves the sheet through space and has one position for each vertex."""
+    """Return the recorded steps of the flattening.
+
+    Where the method moves the sheet through space and has one position for each vertex.
+    """
     sizes = {len(frame.positions) for frame in frames}
     if len(frames) < MIN_FRAMES or len(sizes) != 1 or not any(np.ptp(frame.positions[:, 2]) for frame in frames):
         return {}

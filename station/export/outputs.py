@@ -61,7 +61,10 @@ class Restoration:
 
 @dataclass(frozen=True)
 class Output:
-    """One file of a run: kind is what the operator asks for, the name is the stem and the suffix."""
+    """File of a run.
+
+    kind is what the operator asks for, the name is the stem and the suffix.
+    """
 
     kind: str
     suffix: str

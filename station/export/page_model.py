@@ -1,6 +1,7 @@
-"""The model of a restored page as it is read back: checked before a compiled kernel takes its indices.
+"""The model of a restored page as it is read back.
 
-Kernels do not check an index, and one beyond its array ends the process. A session may be damaged, or of somebody else.
+It is checked before a compiled kernel takes its indices: kernels do not check an index, and one beyond its array ends
+the process. A session may be damaged, or of another origin.
 """
 
 from __future__ import annotations
@@ -42,7 +43,10 @@ def decode_model(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
 
 
 def _sizes(arrays: Mapping[str, NDArray[Any]], wanted: Mapping[str, tuple[str | int, ...]]) -> dict[str, int]:
-    """The number that each letter stands for. Raises ValueError for arrays of other shapes."""
+    """Return the number that each letter stands for.
+
+    Raises ValueError for arrays of other shapes.
+    """
     found: dict[str, int] = {}
     for name, shape in wanted.items():
         array = arrays.get(name)

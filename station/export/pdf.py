@@ -1,7 +1,8 @@
-"""PDF/A of a page: its picture without loss at its true size, and under it the words, invisible, to search and copy.
+"""PDF/A of a page: its picture and under it the words, invisible.
 
-Level 2b (ISO 19005-2): output intent and profile, metadata in XMP alone, fonts embedded (Tesseract embeds the one that
-it sets its invisible words in), a file identifier, no encryption, no scripts.
+The picture is without loss at its true size; the words can be searched and copied. Level 2b (ISO 19005-2): output
+intent and profile, metadata in XMP alone, fonts embedded (Tesseract embeds the one that it sets its invisible words
+in), a file identifier, no encryption, no scripts.
 """
 
 from __future__ import annotations
@@ -29,8 +30,9 @@ SRGB = "sRGB IEC61966-2.1"
 
 
 def encode_pdf(image: Bytes, dpi: float, words: Words, *, title: str, profile: bytes | None = None) -> bytes:
-    """A page (h, w, 3) uint8 RGB as PDF/A-2b, tagged: its words in paragraphs, its picture an artifact.
+    """Encode a page (h, w, 3) uint8 RGB as tagged PDF/A-2b.
 
+    Its words are in paragraphs, its picture is an artifact.
     profile: the ICC profile of the picture's colours, sRGB when None.
     """
     import pikepdf
@@ -57,12 +59,19 @@ def encode_pdf(image: Bytes, dpi: float, words: Words, *, title: str, profile: b
 
 
 def draw_picture(width: float, height: float) -> str:
-    """The operators that draw the picture `Page` on all of a page of this size in points, as an artifact."""
+    """Return the operators that draw the picture `Page` on all of a page.
+
+    As an artifact. The size is in points.
+    """
     return f"/Artifact BMC\nq {width:.4f} 0 0 {height:.4f} 0 0 cm /Page Do Q\nEMC\n"
 
 
 def picture_stream(pdf: pikepdf.Pdf, image: Bytes, colours: pikepdf.Object) -> pikepdf.Stream:
-    """A picture (h, w, 3) uint8 RGB as the compressed stream of a PNG file: PDF stores rows in the same way."""
+    """Return a picture as the compressed stream of a PNG file.
+
+    PDF stores rows in the same way.
+    image: (h, w, 3) uint8 RGB.
+    """
     import pikepdf
 
     height, width = image.shape[:2]
@@ -82,7 +91,11 @@ def picture_stream(pdf: pikepdf.Pdf, image: Bytes, colours: pikepdf.Object) -> p
 
 
 def tag_pages(pdf: pikepdf.Pdf, paragraphs: Sequence[int], language: str) -> None:
-    """Give the marked paragraphs of every page, so many each, a structure (ISO 32000-1, 14.7); name their language."""
+    """Give the marked paragraphs of every page a structure and a language.
+
+    ISO 32000-1, 14.7.
+    paragraphs: their number on each page.
+    """
     import pikepdf
 
     name = pikepdf.Name

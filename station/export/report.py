@@ -46,7 +46,10 @@ def summary(report: Report, files: Iterable[Path]) -> str:
 
 
 def _strain(*, smooth_rms: float, rms: float, **_: Any) -> str:
-    """What is strained as a whole, and single edges, whose lengths over creases are estimates."""
+    """Return the text on the strain as a whole, and of single edges.
+
+    Their lengths over creases are estimates.
+    """
     return f"{smooth_rms:.3%} rms of the page as a whole, {rms:.3%} rms of its edges"
 
 
@@ -59,7 +62,7 @@ def _resolution(report: Report) -> str:
 
 
 def left_out(pieces: Iterable[Report]) -> list[str]:
-    """A line for each piece of a scan that is no page."""
+    """Return a line for each piece of a scan that is not a page."""
     return [f"{'warning':<10} piece {one['number']} of {one['of']} is skipped: {one['reason']}" for one in pieces]
 
 

@@ -14,9 +14,9 @@ from station.images.icc import srgb_profile
 
 
 def convert_to_srgb(page: RestoredPage, profile: bytes) -> RestoredPage:
-    """The page with its image converted from an ICC profile to sRGB; the master keeps its codes.
+    """Convert the image of a page from an ICC profile to sRGB.
 
-    Raises BadInput for a profile that cannot be used.
+    The master keeps its codes. Raises BadInput for a profile that cannot be used.
     """
     converted, name = image_to_srgb(page.image, profile)
     image = np.where(page.mask[..., None], converted, page.image)
@@ -25,10 +25,12 @@ def convert_to_srgb(page: RestoredPage, profile: bytes) -> RestoredPage:
 
 
 def image_to_srgb(image: Bytes, profile: bytes) -> tuple[Bytes, str]:
-    """An image (h, w, 3) uint8 converted from an ICC profile to sRGB by relative colorimetry, and the profile's name.
+    """Convert an image from an ICC profile to sRGB.
 
-    The profile of a chart maps the chart's greys to neutral: the colour of the lamp that the chart was shot in, and the
-    level of its light, are taken out. Raises BadInput for a profile that cannot be used.
+    By relative colorimetry. The profile of a chart maps the chart's greys to neutral: the colour of the lamp that the
+    chart was captured in, and the level of its light, are removed.
+    image: (h, w, 3) uint8.
+    Returns the image and the profile's name. Raises BadInput for a profile that cannot be used.
     """
     try:
         camera, srgb = (ImageCms.ImageCmsProfile(io.BytesIO(data)) for data in (profile, srgb_profile()))

@@ -1,4 +1,7 @@
-"""Coverage of the page as a palette PNG: exact values of `CoverageClass`, one colour for each."""
+"""Coverage of the page as a palette PNG.
+
+Exact values of `CoverageClass`, one colour for each.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ import io
 
 from PIL import Image
 
-# White as paper, the page in two greens, what is missing red, what was invented violet, what was covered in a
+# White as paper, the page in two greens, what is missing red, what was inpainted violet, what was covered in a
 # photograph yellow: apart for the colour-blind too.
 from restore import CoverageClass
 from restore.scan import Bytes
@@ -24,7 +27,10 @@ COLOURS = {
 
 
 def encode_coverage(seen: Bytes, dpi: float) -> bytes:
-    """The coverage (h, w) uint8 as a PNG with a palette: each pixel's index is its value of `CoverageClass`."""
+    """Encode the coverage (h, w) uint8 as a PNG with a palette.
+
+    Each pixel's index is its value of `CoverageClass`.
+    """
     picture = Image.fromarray(seen)
     picture.putpalette([channel for kind in CoverageClass for channel in COLOURS[kind]])
     out = io.BytesIO()

@@ -15,7 +15,7 @@ from restore import BadInput
 from restore.formats import read_bytes
 from restore.scan import Floats
 
-# D50, the white that all profiles share (ICC.1:2010, 7.2.16), and D65 as CIE 15 gives it, X and Z for Y = 1.
+# D50, the white of all profiles (ICC.1:2010, 7.2.16), and D65 as CIE 15 gives it, X and Z for Y = 1.
 D50 = np.array([0.9642, 1.0, 0.8249])
 D65 = np.array([0.95047, 1.0, 1.08883])
 # Cone responses of the Bradford transform (ICC.1:2010, annex E).
@@ -34,10 +34,11 @@ Curve = tuple[float, float, float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class MatrixProfile:
-    """Colours as codes 0 to 1: each through its curve, then the matrix (3, 3) to XYZ under D50.
+    """Colours as codes 0 to 1.
 
-    kind    "mntr" for the colours of a screen, "scnr" for those of a scanner or camera.
-    curves  red, green, blue.
+    Each through its curve, then the matrix (3, 3) to XYZ under D50.
+    kind: "mntr" for the colours of a screen, "scnr" for those of a scanner or camera.
+    curves: red, green, blue.
     """
 
     name: str
@@ -47,13 +48,16 @@ class MatrixProfile:
 
 
 def adaptation(white: Floats) -> Floats:
-    """(3, 3) from XYZ under a white (3,) to XYZ under D50, by Bradford."""
+    """Return the matrix (3, 3) from XYZ under a white (3,) to D50.
+
+    By Bradford.
+    """
     gain = np.diag((BRADFORD @ D50) / (BRADFORD @ white))
     return np.asarray(np.linalg.inv(BRADFORD) @ gain @ BRADFORD)
 
 
 def srgb_matrix() -> Floats:
-    """(3, 3) from linear sRGB to XYZ under D50."""
+    """Return the matrix (3, 3) from linear sRGB to XYZ under D50."""
     primaries = np.array([[x / y, 1.0, (1 - x - y) / y] for x, y in SRGB_XY]).T
     return np.asarray(adaptation(D65) @ (primaries * np.linalg.solve(primaries, D65)))
 
@@ -85,7 +89,10 @@ def encode_profile(profile: MatrixProfile) -> bytes:
 
 
 def read_profile(path: Path) -> bytes:
-    """An ICC profile of RGB colours from its file. Raises BadInput when it is missing, damaged or of other colours."""
+    """Read an ICC profile of RGB colours from its file.
+
+    Raises BadInput when it is missing, damaged or of other colours.
+    """
     data = read_bytes(path)
     if len(data) < HEADER or data[36:40] != b"acsp" or struct.unpack_from(">I", data)[0] != len(data):
         raise BadInput(f"{path} is not an ICC profile", "give a file that `planish colour` wrote")

@@ -1,4 +1,7 @@
-"""Metadata of picture files: colour profile, device, lens, time, software (ICC, EXIF and XMP)."""
+"""Metadata of picture files.
+
+Colour profile, device, lens, time, software (ICC, EXIF and XMP).
+"""
 
 from __future__ import annotations
 

@@ -19,7 +19,10 @@ NO_SCALE = "give a page that `planish restore` wrote: it has its true resolution
 
 @dataclass(frozen=True, eq=False)
 class StoredPage:
-    """A page (h, w, 3) uint8 RGB; one inch of paper is `dpi` pixels; profile is its ICC profile, if it has one."""
+    """Page (h, w, 3) uint8 RGB as it is stored.
+
+    One inch of paper is `dpi` pixels; profile is its ICC profile, if it has one.
+    """
 
     path: Path
     image: Bytes
@@ -28,9 +31,9 @@ class StoredPage:
 
 
 def find_pages(path: Path) -> list[Path]:
-    """The page file itself, or the pages of a folder of results, each known by the report beside it.
+    """Return the page file itself, or the pages of a folder of results.
 
-    Raises BadInput when there is none.
+    Each is known by the report next to it. Raises BadInput without any page.
     """
     if not path.is_dir():
         if path.suffix.lower() not in KINDS:
@@ -57,5 +60,8 @@ def read_page(path: Path) -> StoredPage:
 
 
 def _whole_dpi(dpi: float) -> float:
-    """The whole number that a PNG cannot say: it has whole pixels to the metre, 5906 of them for 150 to the inch."""
+    """Return the whole number that a PNG cannot express.
+
+    It has whole pixels to the metre, 5906 of them for 150 to the inch.
+    """
     return float(round(dpi)) if abs(dpi - round(dpi)) <= HALF_PIXEL_TO_THE_METRE else dpi

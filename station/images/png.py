@@ -12,9 +12,10 @@ from station.images.image_metadata import ImageMetadata
 
 
 def encode_png(image: Bytes, dpi: float | None = None, metadata: ImageMetadata | None = None) -> bytes:
-    """The picture (h, w, 3) uint8 RGB as a PNG file; with `dpi`, one inch of paper is `dpi` pixels.
+    """Encode a picture (h, w, 3) uint8 RGB as a PNG file.
 
-    pHYs counts whole pixels a metre, so the tag is within 0.5 / 5906 of 150 dpi (PNG specification, 11.3.4.3).
+    With `dpi`, one inch of paper is `dpi` pixels. pHYs counts whole pixels a metre, so the tag is within 0.5 / 5906 of
+    150 dpi (PNG specification, 11.3.4.3).
     """
     tags: dict[str, Any] = {} if dpi is None else {"dpi": (dpi, dpi)}
     if metadata is not None:

@@ -1,4 +1,7 @@
-"""TIFF: the page with resolution, colour profile and metadata, and the map of source pixels."""
+"""TIFF of the page, and of the map of source pixels.
+
+The page has resolution, colour profile and metadata.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,10 @@ UPRIGHT = 1  # the first row is the top
 
 
 def encode_tiff(image: Bytes, dpi: float, metadata: ImageMetadata | None = None) -> bytes:
-    """The page (h, w, 3) uint8 RGB as a TIFF file, losslessly compressed, one inch of paper being `dpi` pixels."""
+    """Encode a page (h, w, 3) uint8 RGB as a TIFF file.
+
+    Losslessly compressed, one inch of paper being `dpi` pixels.
+    """
     return _encode(image, dpi, photometric="rgb", **({} if metadata is None else _tags(metadata)))
 
 
@@ -36,11 +42,12 @@ def _tags(metadata: ImageMetadata) -> dict[str, Any]:
 
 
 def encode_map(page: RestoredPage) -> bytes:
-    """The page's map as a TIFF of two channels (h, w) float32: x and y of the source pixel that each page pixel shows.
+    """Encode the page's map as a TIFF of two channels (h, w) float32.
 
-    x to the right, y down, the centre of the top left source pixel is (0, 0), NaN outside the page. A page painted from
-    photographs has a third channel, the number of the source, and the description lists the sources by number; pixels
-    of a photograph are counted in the upright picture.
+    They are x and y of the source pixel that each page pixel shows, x to the right, y down, the centre of the top left
+    source pixel being (0, 0), NaN outside the page. A page textured from photographs has a third channel, the number of
+    the source, and the description lists the sources by number; pixels of a photograph are counted in the upright
+    picture.
     """
     channels, layers = ["source x", "source y"], [page.page_map]
     description_fields: dict[str, Any] = {"unit": "source pixel", "outside": "NaN"}

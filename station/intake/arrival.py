@@ -1,4 +1,7 @@
-"""One scan that has arrived: its files, copied to where nothing changes them, and the digest of what was copied."""
+"""Scan that has arrived.
+
+Its files, copied to where nothing changes them, and the digest of the copy.
+"""
 
 from __future__ import annotations
 
@@ -22,12 +25,15 @@ DIGITS = 12  # of the digest in place of the end of a longer name
 OF_A_NAME = {
     errno.ENAMETOOLONG, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ELOOP, errno.EINVAL, errno.EILSEQ,
 }  # fmt: skip
-# Of a network share that is not there just now.
+# Of a network share that is not available just now.
 PASSING = {errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.EHOSTDOWN, errno.ENOTCONN, errno.ECONNRESET, errno.EAGAIN}
 
 
 class Unreadable(OSError):
-    """Raised when an original cannot be read, which is its fault, not the disk's that takes the copy."""
+    """An original cannot be read.
+
+    That is its fault, not the disk's that takes the copy.
+    """
 
 
 class Changed(Exception):
@@ -80,10 +86,10 @@ class Arrival:
         return sum(stamp.size for stamp in self.stamps)
 
     def copy(self, to: Path) -> str:
-        """Copy the files to an empty folder. Returns the SHA-256 digest of names and contents, hexadecimal.
+        """Copy the files to an empty folder.
 
-        Raises Changed when a file is not, or no longer, the one that was listed, OSError when it cannot be read or
-        the disk refuses the copy.
+        Returns the SHA-256 digest of names and contents, hexadecimal. Raises Changed when a file is not, or no longer,
+        the one that was listed, OSError when it cannot be read or the disk refuses the copy.
         """
         digest = hashlib.sha256()
         for (name, path), stamp in zip(self.files.items(), self.stamps, strict=True):
@@ -108,7 +114,9 @@ class Arrival:
 
 
 def shortened(name: str) -> str:
-    """A name of at most MAX_NAME_BYTES: the end of a longer one becomes a digest of the whole.
+    """Return a name of at most MAX_NAME_BYTES.
+
+    The end of a longer one becomes a digest of the whole.
 
     >>> shortened("page"), len(shortened("ä" * 127))
     ('page', 97)

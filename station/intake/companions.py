@@ -1,11 +1,13 @@
-"""The files that belong to a scan file: those that it names, or the picture of the same name."""
+"""The files that belong to a scan file.
+
+Those that it names, or the picture of the same name.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
@@ -34,7 +36,7 @@ MAX_REFERENCES = 64
 
 def is_scan(path: Path) -> bool:
     """Whether a name is that of a scan file."""
-    return path.name.lower().endswith(SCAN_SUFFIXES)
+    return str(path).lower().endswith(SCAN_SUFFIXES)
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,10 @@ class _Content:
 
 
 class Pairing:
-    """Finds companions in a watched folder; each file is read once for as long as it does not change."""
+    """Finder of companions in a watched folder.
+
+    Each file is read once for as long as it does not change.
+    """
 
     def __init__(self, folder: Path, kept: Kept | None = None) -> None:
         """The folder, and what was kept of an earlier start."""
@@ -73,8 +78,7 @@ class Pairing:
         self._listing = listing
         self._by_name = {str(path): path for path in listing}
         self._by_lower_case = {name.lower(): path for name, path in self._by_name.items()}
-        for name in [name for name in self._kept.contents if name not in self._by_name]:
-            del self._kept.contents[name]
+        self._kept.forget_others(self._by_name)
 
     def companions(self, source: Path) -> Companions:
         """The companions of a listed scan. Raises OSError when a file cannot be read.
@@ -90,14 +94,15 @@ class Pairing:
         return Companions(found, missing=None in named.values() or not complete)
 
     def _named(self, source: Path, seen: set[Path]) -> Iterator[tuple[str, Path | None]]:
-        """Names in a file and in the material files that it names, each with its path, None where there is none.
+        """Yield the names in a file and in the material files that it names.
 
+        Each with its path, None where the file does not exist.
         seen: files that were read already; a material file may name itself, or the one that names it.
         """
         for name in self._content(source).names:
             path = self._lookup(source, name)
-            yield str(PurePosixPath(name)), path
-            if path is not None and path.suffix.lower() == ".mtl" and path not in seen:
+            yield (name if _is_plain(name) else str(PurePosixPath(name))), path
+            if path is not None and str(path).lower().endswith(".mtl") and path not in seen:
                 seen.add(path)
                 yield from self._named(path, seen)
 
@@ -107,16 +112,18 @@ class Pairing:
             return _Content(coloured=suffix == SELF_CONTAINED)
         if stamp.size > MAX_FILE_BYTES:  # which its reader refuses
             return _Content()
-        known = self._kept.contents.get(str(path))
-        if known is None or known[0] != stamp:
+        known = self._kept.content(str(path), stamp)
+        if known is None:
             found = _read(self._folder / path, suffix)
-            self._kept.contents[str(path)] = stamp, found.names, found.coloured
-            self._kept.changed = True
+            self._kept.keep(str(path), stamp, found.names, found.coloured)
             return found
-        return _Content(*known[1:])
+        return _Content(*known)
 
     def _lookup(self, source: Path, name: str) -> Path | None:
-        """The listed file that a name in a file means; never one outside the folder of that file."""
+        """Return the listed file that a name in a file means.
+
+        Never one outside the folder of that file.
+        """
         inside = _inside(name)
         if inside is None:
             return None
@@ -131,8 +138,13 @@ class Pairing:
 
 
 def stem_of_name(name: str) -> str:
-    """The name of a scan file without its ending, as `scan_stem` has it, and without a look at the disk."""
-    return PurePosixPath(name[:-3] if name.lower().endswith(".abs.gz") else name).stem
+    """Return the name of a scan file without its ending.
+
+    As `scan_stem` has it, and without a look at the disk.
+    """
+    name = name[:-3] if name.lower().endswith(".abs.gz") else name
+    point = name.rfind(".")
+    return name[:point] if 0 < point < len(name) - 1 else name
 
 
 def beside(path: Path, name: str) -> str:
@@ -141,9 +153,15 @@ def beside(path: Path, name: str) -> str:
     return place[: len(place) - len(path.name)] + name
 
 
-@lru_cache(1024)
+def _is_plain(name: str) -> bool:
+    """Return whether a name is that of a file, without a folder."""
+    return "/" not in name and name not in ("", ".", "..")
+
+
 def _inside(name: str) -> str | None:
     """A relative path without detours; None for one that leads out of its folder."""
+    if _is_plain(name):
+        return name
     parts = PurePosixPath(name).parts
     return None if not parts or ".." in parts or parts[0] == "/" else "/".join(parts)
 
@@ -160,7 +178,11 @@ def _read(path: Path, suffix: str) -> _Content:
 
 
 def _with_mark(file: BinaryIO, head: bytes, mark: bytes) -> bytes:
-    """The lines of a file that hold a mark, from block to block: never more of it at a time. head: what was read."""
+    """Return the lines of a file that hold a mark.
+
+    From block to block: never more of it at a time.
+    head: what was read.
+    """
     found, rest = list[bytes](), head
     while block := file.read(BLOCK_BYTES):
         lines, _, rest = (rest + block).rpartition(b"\n")

@@ -10,12 +10,15 @@ from station.storage.session_folder import session_around
 
 
 def batch_instead(session: Path) -> str:
-    """What to tell of a session among scans."""
+    """Return what to report of a session among scans."""
     return f"a session; its pages are restored with: {shlex.join(['planish', 'batch', str(session), '-o', 'OUT'])}"
 
 
 def check_folders(folder: Path, out: Path) -> None:
-    """Raise UsageError unless the watched folder exists, and lies neither in a session nor at or in the results."""
+    """Raise UsageError for unusable folders of a watch.
+
+    The watched folder must exist, and be neither in a session nor at or in the results.
+    """
     if not folder.is_dir():
         raise UsageError(
             f"{folder} is not a folder", "name a folder of scans; planish session list shows where sessions are"

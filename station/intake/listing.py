@@ -1,7 +1,8 @@
-"""What is in the watched folder: files with their sizes and times, and since when each has not changed.
+"""The content of the watched folder.
 
-The folder is listed again and again instead of waiting for the kernel's events (inotify): those do not come for what
-another computer writes to a network share, and a share is where a vendor's program on Windows puts its files.
+Files with their sizes and times, and since when each has not changed. The folder is listed again and again instead of
+waiting for the kernel's events (inotify): those do not come for what another computer writes to a network share, and a
+network share is where a vendor's program on Windows puts its files.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ MAX_DEPTH = 16  # of sub-folders; more is a circle of mounts
 
 
 class Stamp(NamedTuple):
-    """What changes with the content of a file: size in bytes, modification time in ns.
+    """What changes with the content of a file.
 
-    Not the inode: some network shares make up another one each time.
+    Size in bytes, modification time in ns. Not the inode: some network shares make up another one each time.
     """
 
     size: int
@@ -40,11 +41,12 @@ Listing = Mapping[Path, Stamp]
 def list_files(
     folder: Path, *, without: Path, left_out: Callable[[Path], object] = lambda _: None
 ) -> dict[Path, Stamp]:
-    """Every regular file in a folder and below, hidden ones excepted. Raises OSError when the folder cannot be read.
+    """List every regular file in a folder and below, except hidden ones.
 
-    without   a folder that is left out with all that is in it. Links to folders are not followed; a sub-folder that
-              cannot be read counts as empty.
-    left_out  called with every session below the folder, relative to it: its scans are those of its own record.
+    Links to folders are not followed; a sub-folder that cannot be read counts as empty.
+    without: a folder that is left out with all that is in it.
+    left_out: called with every session below the folder, relative to it: its scans are those of its own record.
+    Raises OSError when the folder cannot be read.
     """
     with os.scandir(folder) as entries:
         return dict(_walk(list(entries), Path(), without, left_out, MAX_DEPTH))
@@ -72,9 +74,10 @@ def _walk(
 
 
 class Quiet:
-    """Since when each file has not changed, by our own clock: those of other computers differ.
+    """Since when each file has not changed.
 
-    listing  the last one.
+    By this computer's clock: those of other computers differ.
+    listing: the last one.
     """
 
     def __init__(self, clock: Callable[[], float]) -> None:
@@ -96,12 +99,13 @@ class Quiet:
 
 
 def has_writer(path: Path) -> bool:
-    """Whether some program has the file open for writing, as far as the kernel tells; False on most network shares.
+    """Return whether some program has the file open for writing.
 
-    A read lease is refused for such a file: fcntl(2), F_SETLEASE. It is returned at once.
+    As far as the kernel knows; False on most network shares. A read lease is refused for such a file: fcntl(2),
+    F_SETLEASE. It is returned at once.
     """
     try:
-        # A program that opens the file just now breaks the lease; the signal that tells us would end the process.
+        # A program that opens the file just now breaks the lease; the signal of that would end the process.
         before = signal.signal(signal.SIGIO, signal.SIG_IGN)
     except ValueError:  # not in the main thread
         return False

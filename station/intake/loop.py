@@ -1,4 +1,7 @@
-"""The watch: lists the folder, waits until a scan is complete, then restores it or sets it aside, once."""
+"""The watch of a folder.
+
+It lists the folder, waits until a scan is complete, then restores or quarantines it, once.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +44,10 @@ A session is left out: its scans are those of its own record.
 
 @dataclass(frozen=True)
 class Pace:
-    """How often to look, how long a file must not change, how long to wait for files that belong to it: seconds."""
+    """Pace of a watch, seconds.
+
+    How often to look, how long a file must not change, how long to wait for files that belong to it.
+    """
 
     poll_s: float = POLL_S
     settle_s: float = SETTLE_S
@@ -91,10 +97,13 @@ class Watch:
                 self.sleep(self.pace.poll_s)
 
     def poll(self) -> set[State]:
-        """List the folder, and restore or set aside the first scan that is ready. Returns the states of the scans."""
+        """List the folder, and restore or quarantine the first ready scan.
+
+        Returns the states of the scans.
+        """
         try:
             listing = list_files(self.folder, without=self.out, left_out=self._leave_out)
-        except OSError as error:  # a share that is gone for a while
+        except OSError as error:  # a network share that is gone for a while
             self._wait(Path(), UsageError(f"{self.folder} cannot be read: {error.strerror}"))
             return {"waiting"}
         self._told.pop(Path(), None)
@@ -184,7 +193,10 @@ class Watch:
             self.notify("left out", session, self._told[session])
 
     def _wait(self, path: Path, error: UsageError) -> None:
-        """Notify, once, of what somebody has to mend. Raises the error with `once`: nobody would wait for that."""
+        """Notify, once, of what the operator has to repair.
+
+        Raises the error with `once`: no one would wait for that.
+        """
         if self.once:
             raise error
         text = f"{error} ({error.hint})" if error.hint else str(error)
@@ -195,7 +207,10 @@ class Watch:
 
 @contextmanager
 def staging(out: Path) -> Iterator[Path]:
-    """An empty folder in the hidden one of a locked folder, on the same disk; removed at the end of the block."""
+    """Yield an empty folder in the hidden one of a locked folder.
+
+    On the same disk; it is removed at the end of the block.
+    """
     staged = FolderLock(out).new / STAGED
     shutil.rmtree(staged, ignore_errors=True)
     try:

@@ -1,4 +1,7 @@
-"""One scan restored once, or set aside once with the reason: the records of earlier runs decide what is still to do."""
+"""One scan restored once, or quarantined once with the reason.
+
+The records of earlier runs decide what is still to do.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ Now = Callable[[], datetime]
 
 
 def is_range_image(source: Path) -> bool:
-    """Whether a scan is of a kind that is in millimetres always: a scan folder or an `.abs` file."""
+    """Return whether a scan is of a kind that is always in millimetres.
+
+    A scan folder or an `.abs` file.
+    """
     return source.is_dir() or source.name.lower().endswith(RANGE_IMAGES)
 
 
@@ -60,10 +66,12 @@ def restore_once(
     causes: Sequence[str] = (),
     memory_is_shared: bool = False,
 ) -> Settled:
-    """Copy a scan to the empty folder `staged` and restore the copy, or set the scan aside when it cannot be restored.
+    """Copy a scan to the empty folder `staged` and restore the copy.
 
-    causes: how earlier processes that restored it ended, where that is known. memory_is_shared: the process has a part
-    of the memory, so that MemoryError is raised, which is not the scan's fault.
+    Or quarantine the scan when it cannot be restored.
+    causes: how earlier processes that restored it ended, where that is known.
+    memory_is_shared: the process has a part of the memory, so that MemoryError is raised, which is not the scan's
+        fault.
     Raises Changed, OSError and other faults that are not the scan's.
     """
     try:

@@ -1,4 +1,7 @@
-"""Presets: `planish.toml` in the watched folder or a sub-folder sets the options of the scans there and below."""
+"""Presets: `planish.toml` in the watched folder or a sub-folder.
+
+They set the options of the scans there and below.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ HINT = f"settings are those of `planish restore`, and outputs = [{', '.join(map(
 
 
 class _Preset(Settings):
-    """The keys of a preset: settings, and three that are none."""
+    """Keys of a preset: settings, and three others."""
 
     outputs: list[str] | None = None
     language: str | None = None
@@ -59,9 +62,10 @@ class Presets:
         self._listing = listing
 
     def options(self, sub: Path) -> RunOptions:
-        """The options of a sub-folder: those of the presets from the watched folder down to it, over the base.
+        """Return the options of a sub-folder.
 
-        Raises UsageError that names the file and the key.
+        Those of the presets from the watched folder down to it, over the base. Raises UsageError that names the file
+        and the key.
         """
         options = self._base
         for place in reversed([sub, *sub.parents]):

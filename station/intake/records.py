@@ -1,7 +1,7 @@
-"""Where results and failures of a watched folder lie, and what is known from them: they are the watch's memory.
+"""Where results and failures of a watched folder are stored.
 
-A result is `OUT/<sub-folder>/<stem>/`, whose report names the scan and the digest of its files. A failure is
-`OUT/failed/<sub-folder>/<file>.txt`. What has neither is still to be done, also after a power cut.
+They are the watch's memory. A result is `OUT/<sub-folder>/<stem>/`, whose report names the scan and the digest of its
+files. A failure is `OUT/failed/<sub-folder>/<file>.txt`. What has neither is still to be done, also after a power cut.
 """
 
 from __future__ import annotations
@@ -28,20 +28,29 @@ AGAIN = "it is tried again when it changes, or at the next start without this fi
 
 
 def reports_of(folder: Path, arrival: Arrival) -> list[Path]:
-    """The reports of the arrival's results in a folder: one, or one for each of several sheets of a scan."""
+    """Return the reports of the arrival's results in a folder.
+
+    One, or one for each of several sheets of a scan.
+    """
     report = folder / f"{arrival.stem}.json"
     return [report] if report.exists() else sorted(folder.glob(f"{glob.escape(arrival.stem)}-[0-9]*.json"))
 
 
 def result_folders(out: Path, arrival: Arrival) -> Iterator[Path]:
-    """The folders that its results may lie in, without end: scans of the same name, and later versions, are counted."""
+    """Yield the folders that its results may be in, without end.
+
+    Scans of the same name, and later versions, are counted.
+    """
     base = _folder(out, arrival.source.parent)
     for number in count(1):
         yield base / (arrival.stem if number == 1 else f"{arrival.stem}-{number}")
 
 
 def find_result(out: Path, arrival: Arrival, digest: str | None = None) -> Path | None:
-    """The folder with the results of this very arrival, None when it has none. digest: None compares the stamps."""
+    """Return the folder with the results of this very arrival, or None.
+
+    digest: None compares the stamps.
+    """
     for folder in result_folders(out, arrival):
         if _is_free(folder, arrival.stem):
             return None
@@ -64,7 +73,7 @@ def note_of(out: Path, arrival: Arrival) -> Path:
 
 
 def failed_digest(out: Path, arrival: Arrival) -> str | None:
-    """Digest of the version that was set aside last, None when there is none."""
+    """Return the digest of the version that was quarantined last, or None."""
     with suppress(OSError, ValueError):
         for line in read_regular(note_of(out, arrival), MAX_BYTES).decode("utf-8", "replace").splitlines():
             if line.startswith(DIGEST):
@@ -73,7 +82,10 @@ def failed_digest(out: Path, arrival: Arrival) -> str | None:
 
 
 def set_aside(out: Path, arrival: Arrival, digest: str, reasons: Sequence[str], now: datetime) -> Path:
-    """Write the note of a failure: the reasons, then what it is about. Returns its path. Raises OSError."""
+    """Write the note of a failure: the reasons, then what it is about.
+
+    Returns its path. Raises OSError.
+    """
     facts = {"scan": arrival.folder / arrival.source, "time": now.isoformat(timespec="seconds")}
     lines = [*reasons, AGAIN, "", *(f"{name}: {value}" for name, value in facts.items()), DIGEST + digest]
     path = note_of(out, arrival)
@@ -83,7 +95,10 @@ def set_aside(out: Path, arrival: Arrival, digest: str, reasons: Sequence[str], 
 
 
 def forget_failure(out: Path, arrival: Arrival) -> None:
-    """Remove the note of a failure, for a scan that could be restored in the end. Raises OSError."""
+    """Remove the note of a failure.
+
+    For a scan that could be restored in the end. Raises OSError.
+    """
     note = note_of(out, arrival)
     note.unlink(missing_ok=True)
     remove_empty(note.parent, out)
@@ -98,7 +113,10 @@ def remove_empty(folder: Path, end: Path) -> None:
 
 
 def begin_attempt(out: Path, arrival: Arrival, digest: str) -> int:
-    """Take note that the restoration begins. Returns how many earlier ones of this version were cut off."""
+    """Record that the restoration begins.
+
+    Returns how many earlier ones of this version were cut off.
+    """
     path = _attempt_of(out, arrival)
     known, times = "", "0"
     with suppress(OSError, ValueError):
@@ -121,9 +139,10 @@ def utc() -> datetime:
 
 
 def _put(path: Path, data: bytes) -> None:
-    """Write a record in one step; other processes may write others to the same folder, and remove it when it is empty.
+    """Write a record in one step.
 
-    Each scan has records of its own, which one process writes at a time.
+    Other processes may write others to the same folder, and remove it when it is empty. Each scan has its own records,
+    which one process writes at a time.
     """
     part = path.with_name(f".{path.name}.part")
     for attempt in range(MAX_TRIES):
@@ -150,7 +169,10 @@ def _record(out: Path, arrival: Arrival, ending: str) -> Path:
 
 
 def _folder(base: Path, sub: Path) -> Path:
-    """The folder of a sub-folder's results; where a file has the name of one, as a page may, the first that is free."""
+    """Return the folder of a sub-folder's results.
+
+    Where a file has the name of one, as a page may, the first that is free.
+    """
     here = base
     for part in sub.parts:
         here = next(path for name in _counted(part) if not _is_file(path := here / name))
@@ -166,7 +188,10 @@ def _is_file(path: Path) -> bool:
 
 
 def _is_free(folder: Path, stem: str) -> bool:
-    """Whether nothing is in the folder but those of sub-folders, none of them in the way of a result."""
+    """Return whether a folder holds nothing but those of sub-folders.
+
+    None of them is in the way of a result.
+    """
     try:
         return not any(
             entry.is_file() or entry.is_symlink() or entry.name.startswith((f"{stem}.", f"{stem}-"))

@@ -21,7 +21,11 @@ HEIGHT, WIDTH = 420, 520  # pixels of a frame
 
 
 class Frame(NamedTuple):
-    """The sheet after a step: positions (n, 3) mm with z away from the table, faces (m, 3)."""
+    """Sheet after a step.
+
+    positions: (n, 3) mm, z away from the table.
+    faces: (m, 3).
+    """
 
     step: int
     positions: Floats
@@ -29,7 +33,10 @@ class Frame(NamedTuple):
 
 
 class Recorder:
-    """Callback of the flattening that keeps evenly spaced steps and the last one, in bounded memory."""
+    """Callback of the flattening that keeps evenly spaced steps.
+
+    And the last one, in bounded memory.
+    """
 
     def __init__(self) -> None:
         self._kept: list[Frame] = []
@@ -47,7 +54,10 @@ class Recorder:
             self._stride *= 2
 
     def frames(self, count: int = FRAMES) -> list[Frame]:
-        """Up to `count` frames in order, the first and the last step among them, about equal movement between them."""
+        """Return up to `count` frames in order, with equal movement between.
+
+        The first and the last step are among them.
+        """
         if self._last is None:
             return []
         kept = self._kept if self._kept[-1] is self._last else [*self._kept, self._last]

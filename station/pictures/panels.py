@@ -29,7 +29,10 @@ class Panel(NamedTuple):
 
 
 def side_by_side(panels: Sequence[Panel]) -> Bytes:
-    """The panels in a row with their captions below: (h, w, 3) uint8 RGB. Pictures may differ in size."""
+    """Arrange panels in a row with their captions below.
+
+    Pictures may differ in size. Returns (h, w, 3) uint8 RGB.
+    """
     height = max(panel.picture.shape[0] for panel in panels)
     width = sum(panel.picture.shape[1] for panel in panels) + GAP * (len(panels) + 1)
     sheet = blank_picture(height + CAPTION + 2 * GAP, width)
@@ -52,7 +55,10 @@ def blank_picture(height: int, width: int) -> Bytes:
 def draw_text(
     picture: Bytes, text: str, left: int, top: int, *, size: int = TEXT_SIZE, ink: tuple[int, int, int] = INK
 ) -> Bytes:
-    """The picture with a line of text on it, its upper left corner at the pixel (left, top)."""
+    """Draw a line of text on a picture.
+
+    Its upper left corner is at the pixel (left, top). Returns (h, w, 3) uint8.
+    """
     image = Image.fromarray(picture)
     ImageDraw.Draw(image).text((left, top), text, font=_font(size), fill=ink)
     return np.asarray(image).copy()

@@ -1,4 +1,7 @@
-"""Colour image, 3D view and restored page side by side, for the operator after a scan."""
+"""Colour image, 3D view and restored page, for the operator.
+
+They are arranged in a row after a scan.
+"""
 
 from __future__ import annotations
 
@@ -9,14 +12,17 @@ from restore.scan import Bytes
 from station.pictures.panels import Panel, resize_to_fit, side_by_side
 from station.pictures.view import oblique_camera, render_mesh
 
-# Red lines rising to the right where nothing was seen, violet ones falling where something was invented.
+# Red lines rising to the right where nothing was seen, violet ones falling where pixels were inpainted.
 HATCHES = {CoverageClass.OCCLUDED: ((192, 48, 40), 1), CoverageClass.INPAINTED: ((96, 56, 168), -1)}
 HATCH, LINE_SHARE = 8, 0.3  # pixels of the review picture from line to line, and how much of it is line
 HEIGHT, WIDTH = 720, 960  # pixels of a panel: the colour image's own shape, half as large again
 
 
 def review(page: RestoredPage, colour: Bytes | None) -> Bytes:
-    """The review picture (h, w, 3) uint8 RGB. colour (h, w, 3): the scanner's colour image, or None."""
+    """Draw the review picture (h, w, 3) uint8 RGB.
+
+    colour: (h, w, 3), the scanner's colour image, or None.
+    """
     panels = [_mesh_panel(page), _page_panel(page)]
     if colour is not None:
         panels.insert(0, _colour_panel(colour))
@@ -41,7 +47,10 @@ def _page_panel(page: RestoredPage) -> Panel:
 
 
 def hatch_unseen(page: RestoredPage) -> Bytes:
-    """The page (h, w, 3) uint8 RGB with hatching on hidden and on invented pixels."""
+    """Hatch the occluded and the inpainted pixels of a page.
+
+    Returns (h, w, 3) uint8 RGB.
+    """
     picture = page.image.copy()
     lines = round(max(picture.shape[0] / HEIGHT, picture.shape[1] / WIDTH, 1.0) * HATCH)
     rows, cols = np.indices(page.coverage.shape)

@@ -26,7 +26,10 @@ UNSIGNED = np.array([[244, 244, 242], [214, 180, 214], [160, 96, 168], [92, 28, 
 
 
 def strain_picture(page: RestoredPage) -> Bytes:
-    """Stretch and shear of every face over the page, each with a scale and numbers: (h, w, 3) uint8 RGB."""
+    """Draw stretch and shear of every face over the page.
+
+    Each with a scale and numbers. Returns (h, w, 3) uint8 RGB.
+    """
     mesh = page.fine
     stretch, shear = face_strain(mesh.flat, mesh.faces, mesh.edges, mesh.lengths).T
     ends = [round_up(float(np.percentile(np.abs(values), SHOWN))) for values in (stretch, shear)]
@@ -38,7 +41,10 @@ def strain_picture(page: RestoredPage) -> Bytes:
 
 
 def round_up(value: float) -> float:
-    """The next of … 1, 2, 5, 10, 20 … × 10ⁿ that is not smaller: the end of a scale that people can read."""
+    """Return the next of … 1, 2, 5, 10, 20 … × 10ⁿ, not smaller.
+
+    It is the end of a scale that people can read.
+    """
     if value <= 0:
         return 1e-6  # a page without any strain: any scale shows it white
     power = 10.0 ** np.floor(log10(value))
@@ -48,7 +54,11 @@ def round_up(value: float) -> float:
 def _map(
     page: RestoredPage, share: Floats, title: str, colours: Floats, scale: tuple[float, float], values: Floats
 ) -> Bytes:
-    """One quantity: share (m,) of the way along the colours, its values (m,) in numbers."""
+    """Draw one quantity over the page.
+
+    share: (m,), position along the colours, 0 to 1.
+    values: in numbers, (m,).
+    """
     picture = _paint(page.fine, share, colours)
     rows, cols = picture.shape[:2]
     grey = cv2.resize(cv2.cvtColor(page.image, cv2.COLOR_RGB2GRAY), (cols, rows), interpolation=cv2.INTER_AREA)

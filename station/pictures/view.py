@@ -26,23 +26,32 @@ EYE_DISTANCE = 3.0  # in radii of the page: perspective as of a photograph
 
 @dataclass(frozen=True)
 class Camera:
-    """Camera aimed at `centre` (3,) mm. rotation (3, 3): the page's frame → right, up, towards the eye; radius mm."""
+    """Camera aimed at `centre` (3,) mm.
+
+    rotation: (3, 3), from the page's frame to right, up, towards the eye.
+    radius: mm.
+    """
 
     centre: Floats
     rotation: Floats
     radius: float
 
     def project(self, points: Floats) -> tuple[Floats, Floats]:
-        """Points (n, 3) mm → position in the picture (n, 2), x right and y up, without unit; depth (n,) mm."""
+        """Project points (n, 3) mm to the picture.
+
+        Returns position (n, 2), x right and y up, without unit, and depth (n,) mm.
+        """
         right, up, towards = self.rotation @ (points - self.centre).T
         depth = EYE_DISTANCE * self.radius - towards
         return np.column_stack([right, up]) / depth[:, None], depth
 
 
 def oblique_camera(points: Floats, *, azimuth: float = 28.0, elevation: float = 42.0) -> Camera:
-    """A camera before the page: points (n, 3) mm whose z points to the scanner, angles in degrees.
+    """Return a camera before the page.
 
     elevation 90 looks straight down on the page as the scanner does, 0 along it from its lower edge.
+    points: (n, 3) mm, z towards the scanner.
+    azimuth, elevation: degrees.
     """
     turn, tilt = np.radians(azimuth), np.radians(90 - elevation)
     about_z = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
@@ -52,10 +61,12 @@ def oblique_camera(points: Floats, *, azimuth: float = 28.0, elevation: float = 
 
 
 def render_mesh(mesh: SurfaceMesh, camera: Camera, *, height: int, width: int, extent: Floats | None = None) -> Bytes:
-    """The mesh as the camera sees it, lit, with its shadow on the ground: (height, width, 3) uint8 RGB.
+    """Render the mesh as the camera sees it, lit, with its shadow.
 
-    extent (k, 3) mm: points that have to fit into the picture, and whose lowest lies on the ground; the mesh's own
-    when not given.
+    The shadow is on the ground.
+    extent: (k, 3) mm, points that have to fit into the picture, and whose lowest lies on the ground; the mesh's own
+        when not given.
+    Returns (height, width, 3) uint8 RGB.
     """
     rows, cols = height * SUPERSAMPLING, width * SUPERSAMPLING
     extent = mesh.vertices if extent is None else extent
@@ -63,7 +74,10 @@ def render_mesh(mesh: SurfaceMesh, camera: Camera, *, height: int, width: int, e
     frame, _ = camera.project(np.concatenate([extent, _shadow_points(extent, ground)]))
 
     def rasterise_corners(points: Floats, values: Floats) -> Floats:
-        """(rows, cols, k) values (3·m, k) at the corners of the faces, as seen; NaN where no face is."""
+        """Interpolate values (3·m, k) at the corners of the faces, as seen.
+
+        Returns (rows, cols, k), NaN without a face.
+        """
         projected, depth = camera.project(points[mesh.faces.ravel()])
         return _perspective(_to_pixels(projected, frame, rows, cols), 1.0 / depth, values, rows, cols)
 
@@ -86,9 +100,11 @@ def _to_pixels(projected: Floats, frame: Floats, height: int, width: int) -> Flo
 
 
 def _perspective(xy: Floats, inverse_depth: Floats, values: Floats, rows: int, cols: int) -> Floats:
-    """(rows, cols, k) values (3·m, k) of the nearest of m triangles, three of the positions xy (3·m, 2) each.
+    """Interpolate values (3·m, k) of the nearest of m triangles.
 
-    Divided by depth, what is affine in space is affine in the picture.
+    Divided by depth, values that are affine in space are affine in the picture.
+    xy: (3·m, 2), three positions for each triangle.
+    Returns (rows, cols, k).
     """
     weighted = np.column_stack([inverse_depth, values * inverse_depth[:, None]])
     triangles = np.arange(len(xy)).reshape(-1, 3)
@@ -97,26 +113,35 @@ def _perspective(xy: Floats, inverse_depth: Floats, values: Floats, rows: int, c
 
 
 def _shadow_points(points: Floats, ground: float) -> Floats:
-    """(n, 3) mm: the shadows of points (n, 3) on the plane z = ground."""
+    """Return the shadows (n, 3) mm of points (n, 3) on the plane z = ground."""
     return points - LAMP * ((points[:, 2:] - ground) / LAMP[2])
 
 
 def _illumination(mesh: SurfaceMesh) -> Floats:
-    """(n, 1) 0 to 1. A sheet is thin: its back takes the light that its front would."""
+    """Return the illumination (n, 1), 0 to 1.
+
+    A sheet is thin: its back takes the light that its front would.
+    """
     cosine = np.abs(vertex_normals(mesh.vertices, mesh.faces) @ LAMP) / np.linalg.norm(LAMP)
     lit: Floats = AMBIENT + (1 - AMBIENT) * cosine[:, None]
     return lit
 
 
 def _appearance(mesh: SurfaceMesh, camera: Camera) -> Floats:
-    """(3·m, 4) at every corner of the faces: light, whether the printed side is seen, texture pixel (x, y)."""
+    """Return the appearance (3·m, 4) at every corner of the faces.
+
+    Light, whether the printed side is seen, texture pixel (x, y).
+    """
     texcoords = np.zeros((len(mesh.vertices), 2)) if mesh.texcoords is None else mesh.texcoords
     at = mesh.faces.ravel()
     return np.column_stack([_illumination(mesh)[at], np.repeat(_front_facing(mesh, camera), 3), texcoords[at]])
 
 
 def _colour(texture: Bytes | None, visible: Floats) -> Floats:
-    """(p, 3) RGB of pixels with (p, 3): whether the printed side is seen, texture pixel (x, y)."""
+    """Return the colours (p, 3) RGB of pixels.
+
+    visible: (p, 3), whether the printed side is seen, texture pixel (x, y).
+    """
     colour = np.tile(UNPAINTED, (len(visible), 1))
     if texture is not None:
         front = visible[:, 0] > 0.5

@@ -1,1 +1,4 @@
-"""One restoration as a run: what comes in, the checks around it, the files that it leaves."""
+"""One restoration as a run.
+
+Its inputs, the checks around it, the files that it leaves.
+"""

@@ -22,16 +22,19 @@ class Destination:
     force: bool = False
 
     def files(self, stem: str, options: RunOptions, *, colour: bool = True) -> list[Path]:
-        """The files that a run writes, the report last. colour: whether the scan has a colour image."""
+        """Return the files that a run writes, the report last.
+
+        colour: whether the scan has a colour image.
+        """
         return [self.folder / name for name in outputs.names(stem, options.outputs, colour=colour)]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The report of a run and the files written.
+    """Report of a run and the files written.
 
-    pages  of several sheets in one scan, each by itself; the report lists theirs as `pieces`, and as `left_out` with
-           the reason those that are no pages. Empty for one sheet.
+    pages: of several sheets in one scan, one each; the report lists theirs as `pieces`, and as `left_out` with the
+        reason those that are not pages. Empty for one sheet.
     """
 
     report: Mapping[str, Any]
@@ -41,7 +44,10 @@ class Outcome:
 
 @dataclass(frozen=True)
 class SourceRecord:
-    """Steps before the restoration: their fields of the report, seconds of each stage, findings."""
+    """Steps before the restoration.
+
+    Their fields of the report, seconds of each stage, findings.
+    """
 
     report_fields: Mapping[str, Any]
     seconds: Mapping[str, float]

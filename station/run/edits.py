@@ -15,9 +15,10 @@ CHUNK_BYTES = 2**20
 
 
 def edits_of(scan: Path, named: Path | None) -> PageEdits | None:
-    """The corrections of a scan, from the file that is named or `<stem>.edits.json` next to the scan; None without.
+    """Return the corrections of a scan, None without.
 
-    Raises BadInput for a file that cannot be read, is damaged, or belongs to another scan.
+    From the file that is named or `<stem>.edits.json` next to the scan. Raises BadInput for a file that cannot be read,
+    is damaged, or belongs to another scan.
     """
     path = named or scan.parent / f"{stem_of(scan)}{SUFFIX}"
     try:

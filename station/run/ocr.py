@@ -24,7 +24,10 @@ ENDINGS = (".txt", "-alto.xml", ".hocr", ".pdf")
 
 @dataclass(frozen=True)
 class PageRead:
-    """A page, its output files, the number of recognised words, findings, and precision where there is a transcript."""
+    """Page, its output files, the number of recognised words, findings.
+
+    And precision with a transcript.
+    """
 
     page: Path
     files: tuple[Path, ...]
@@ -43,8 +46,10 @@ def read_pages(
     force: bool = False,
     progress: Progress = silent,
 ) -> Iterator[PageRead]:
-    """Read a page or a folder of results, and write the recognised text to `folder`, that of the page when None.
+    """Read pages, and write the recognised text.
 
+    source: a page or a folder of results.
+    folder: for the text, that of the page when None.
     truth: a text file with the transcript of the page, for the precision.
     Raises ProgramMissing, UsageError, OverwriteError and BadInput before any page is read; StationError when Tesseract
     fails, OSError when the disk refuses.
@@ -83,7 +88,10 @@ def _read(page: Path, paths: list[Path], printed: str | None, *, language: str, 
 
 
 def as_data(read: PageRead) -> dict[str, Any]:
-    """The result of recognition as JSON values; `correct` and `total` only with a ground truth."""
+    """Return the result of recognition as JSON values.
+
+    `correct` and `total` only with a ground truth.
+    """
     compared = {"words": read.words, "characters": read.characters}
     return {
         "page": str(read.page),

@@ -78,9 +78,9 @@ def restore_file(
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
-    """Restore a stored scan, painted from photographs of the page where there are any that can be used.
+    """Restore a stored scan, textured from photographs where possible.
 
-    Further shots of the same page make its colour image finer.
+    shots: further captures of the same page; they make its colour image finer.
     facts: further fields of the report, which replace those of the same name.
     stem: first part of the files' names; that of the scan's own name by default.
     examine: looks at each page before it is written, and returns further fields of its report.
@@ -137,12 +137,11 @@ def scan_page(
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
-    """Capture a page, store the scan in `<stem>.scan`, then restore it. Stored scans survive every later error.
+    """Capture a page, store the scan in `<stem>.scan`, then restore it.
 
-    Of several shots, which make the colour image finer, the further ones are stored in `<stem>-2.scan` and so on.
-    A scan of an earlier run is never replaced: where there is one, the new one is stored in `<stem>.2.scan`.
-    The settings are those of the configuration.
-
+    Stored scans survive every later error. Of several captures, which make the colour image finer, the further ones are
+    stored in `<stem>-2.scan` and so on. A scan of an earlier run is never replaced: the new one is then stored in
+    `<stem>.2.scan`. The settings are those of the configuration.
     Raises OverwriteError or UsageError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(options)
@@ -171,9 +170,10 @@ def store_and_restore(
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
-    """Store a scan and further shots in the folders `stored`, then restore it. Stored scans survive every later error.
+    """Store a scan and further captures, then restore it.
 
-    Raises OverwriteError, NotEnoughSurface, OSError when the disk refuses.
+    They are stored in the folders `stored` and survive every later error. Raises OverwriteError, NotEnoughSurface,
+    OSError when the disk refuses.
     """
     start = clock()
     for shot, path in zip(scans, stored, strict=True):
@@ -200,7 +200,10 @@ def store_and_restore(
 
 
 def stem_of(source: Path) -> str:
-    """A scan file's name without the endings of its format (book.abs.gz → book), a scan folder's without `.scan`."""
+    """Return a scan's name without the endings of its format.
+
+    book.abs.gz → book; a scan folder's without `.scan`.
+    """
     if source.is_dir():
         name = source.resolve().name
         return name.removesuffix(SCAN_SUFFIX) or name
@@ -215,9 +218,10 @@ def _check_programs(options: RunOptions) -> None:
 
 
 def scan_folders(destination: Destination, names: Sequence[str]) -> list[Path]:
-    """The folders of the scans that a run captures: `<name>.scan`, or with `force` the first number that is free.
+    """Return the folders of the scans that a run captures.
 
-    Raises OverwriteError when one is there and `force` is not set.
+    `<name>.scan`, or with `force` the first number that is free. Raises OverwriteError when one exists and `force` is
+    not set.
     """
     for number in count(1):
         suffix = SCAN_SUFFIX if number == 1 else f".{number}{SCAN_SUFFIX}"
@@ -268,7 +272,10 @@ def restore_scan(
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
-    """Restore the sheets of a scan and write them, with the photographs that they are painted from."""
+    """Restore the sheets of a scan and write them.
+
+    With the photographs that they are textured from.
+    """
     start = clock()
     if options.layout == Layout.SINGLE and options.edits is None:
         sheets = select_sheets(scan, options.sheets)
@@ -317,7 +324,10 @@ def restore_scan(
 
 
 def _name_of(sheet: Selected) -> dict[str, Any]:
-    """What the report calls a sheet that is not a page: its number, or the side of the gutter that it is on."""
+    """Return the report's name of a sheet that is not a page.
+
+    Its number, or the side of the gutter that it is on.
+    """
     fields = sheet.report_fields
     return dict(fields["sheet"]) if "sheet" in fields else {"part": fields["part"]}
 

@@ -23,10 +23,10 @@ class RunOptions:
     scale     of photographs, as `planish photos` has it, or the size of the page of a mesh; None for that of the scan.
     sheets    what becomes of several sheets in one scan.
     layout    what becomes of an opened book.
-    mirror    mirror the page from left to right, before it is turned.
+    mirror    mirror the page from left to right, before it is rotated.
     edits     corrections by hand; their layout takes the place of `layout`.
-    rotate    right angles by which the page is turned.
-    allow_distorted    write a page whose surface is no page's, too.
+    rotate    right angles by which the page is rotated.
+    allow_distorted    write a page even when its surface cannot be a page's.
     """
 
     settings: Settings = field(default_factory=Settings)
@@ -44,8 +44,10 @@ class RunOptions:
     allow_distorted: bool = False
 
     def with_implied_outputs(self) -> RunOptions:
-        """The options with the outputs that they imply: the master when light or colours change, the coverage when
-        hidden places are filled."""
+        """Return the options with the outputs that they imply.
+
+        The master when light or colours change, the coverage when occluded places are inpainted.
+        """
         changed = self.settings.shading == "remove" or self.settings.white_balance != "keep" or self.to_srgb
         implied = {"master": changed, "coverage": self.settings.inpaint_mm > 0}
         return replace(self, outputs=self.outputs | {kind for kind, on in implied.items() if on})

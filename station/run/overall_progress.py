@@ -14,7 +14,10 @@ A_VIEW_PAINTED = {"register": 0.0, "texture": 0.5}
 
 
 def expected_of_photographs(views: int) -> dict[str, float]:
-    """Stage of `planish photos` → the time that it takes for so many photographs, in its order, up to a factor."""
+    """Return the relative time of each stage of `planish photos`.
+
+    In its order, for that many photographs.
+    """
     pairs = views * (views - 1) / 2
     before = {"features": views * A_VIEW["features"], **{stage: pairs * each for stage, each in A_PAIR.items()}}
     surface = {stage: views * A_VIEW[stage] for stage in ("surface", "edge")}
@@ -22,9 +25,10 @@ def expected_of_photographs(views: int) -> dict[str, float]:
 
 
 def with_whole(progress: Progress, expected: Mapping[str, float]) -> Progress:
-    """A progress that also reports the share of the whole run, in time: expected: stage → time, in their order.
+    """Return a progress that also reports the fraction of the whole run.
 
-    Stages that are not expected count nothing. The share never falls, also when stages are repeated.
+    Stages that are not expected count nothing. The fraction never falls, also when stages are repeated.
+    expected: stage → time, in their order.
     """
     total, stages = sum(expected.values()), list(expected)
     furthest = 0.0

@@ -1,4 +1,7 @@
-"""Checks that a run overwrites no original and no file that an earlier run did not write."""
+"""Checks that a run overwrites no original and no foreign file.
+
+Only files that an earlier run wrote may be replaced.
+"""
 
 from __future__ import annotations
 
@@ -22,11 +25,12 @@ HINT = "choose another folder with -o"
 
 
 def check_outputs(files: Sequence[Path], input_files: Sequence[Path], *, force: bool) -> None:
-    """Raise OverwriteError before the work when a file of the run would overwrite something it may not.
+    """Raise OverwriteError before the work for a file that must stay.
 
     An original is never written to. Without `force` nothing is overwritten. With it, in a folder that holds an
     original, only what an earlier run wrote: an OBJ's texture is in the same folder, and an output may have its name.
-    files: outputs of the run, all in one folder, the report last. input_files: the originals.
+    files: outputs of the run, all in one folder, the report last.
+    input_files: the originals.
     """
     folder, report = files[-1].parent, files[-1]
     for original in input_files:
@@ -39,7 +43,10 @@ def check_outputs(files: Sequence[Path], input_files: Sequence[Path], *, force: 
 
 
 def refuse_originals(files: Iterable[Path], input_files: Sequence[Path]) -> None:
-    """Raise OverwriteError for the first file that is an input of the run, also under another name or by a link."""
+    """Raise OverwriteError for the first file that is an input of the run.
+
+    Also under another name or by a link.
+    """
     for path in files:
         if any(_is_same_file(path, original) for original in input_files):
             raise OverwriteError(f"{path} is the original, which is never overwritten", HINT)
@@ -56,9 +63,10 @@ def superseded(report: Path, possible: Sequence[Path], input_files: Sequence[Pat
 
 
 def superseded_pieces(folder: Path, stem: str, scan: str, input_files: Sequence[Path]) -> list[Path]:
-    """The files of `<stem>-1`, `<stem>-left` and so on that an earlier run wrote for the sheets of the same scan.
+    """Return the files of an earlier run for sheets of the same scan.
 
-    scan: as its report names it. Results of another scan of such a name stay.
+    Those of `<stem>-1`, `<stem>-left` and so on. Results of another scan of such a name stay.
+    scan: as its report names it.
     """
 
     def is_earlier(suffix: object) -> bool:
@@ -84,15 +92,18 @@ def _refuse_unreported(files: Sequence[Path], reported: frozenset[str]) -> None:
 
 
 def _reported_files(report: Path) -> frozenset[str]:
-    """Names of the files that the report of an earlier run lists; empty without a readable report."""
+    """Return the files that the report of an earlier run lists.
+
+    Empty without a readable report.
+    """
     files = _read_report(report).get("files")
     return frozenset(str(name) for name in files) if isinstance(files, list) else frozenset()
 
 
 def _read_report(path: Path) -> Mapping[str, Any]:
-    """The report of an earlier run, empty where there is none.
+    """Return the report of an earlier run, empty without one.
 
-    Raises OSError when the disk fails: without the report files of that run would stay beside those of the new one.
+    Raises OSError when the disk fails: without the report, files of that run would stay next to those of the new one.
     """
     try:
         content = json.loads(read_regular(path, MAX_REPORT_BYTES))

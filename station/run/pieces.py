@@ -49,9 +49,9 @@ class Selected:
 
 
 def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets) -> list[Selected]:
-    """The sheets of a scan that are to be restored, left to right.
+    """Return the sheets of a scan that are to be restored, left to right.
 
-    Raises BadInput for a range image whose pieces are to be laid out TOGETHER, NotEnoughSurface without any surface.
+    Raises BadInput for a range image whose pieces are to be arranged TOGETHER, NotEnoughSurface without any surface.
     """
     is_mesh = isinstance(scan, SurfaceMesh)
     if pieces == Sheets.TOGETHER and is_mesh:
@@ -76,9 +76,10 @@ def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets) -> list[Selecte
 def select_leaves(
     scan: RangeScan | SurfaceMesh, layout: Layout, settings: Settings, edits: PageEdits | None = None
 ) -> list[Selected]:
-    """The leaves of an opened book, or the page that any other scan holds, corrected by hand where there are edits.
+    """Return the leaves of an opened book, or the page of any other scan.
 
-    Raises NotEnoughSurface without any surface, BadInput for a split without a valley and edits that do not fit.
+    Corrected by hand where edits are given. Raises NotEnoughSurface without any surface, BadInput for a split without a
+    valley and edits that do not fit.
     """
     leaves = correct_leaves(scan, edits, settings) if edits else find_leaves(scan, LAYOUTS[layout], settings)
     sizes = [sheet.size for sheet in leaves.parts.values()]

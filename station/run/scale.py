@@ -1,4 +1,7 @@
-"""The scale of what has none of its own: photographs, and meshes whose unit is not known."""
+"""Scale of inputs without one.
+
+They are photographs, and meshes whose unit is not known.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ OTHER_SHAPE = 0.01  # of the ratio of the sides: a page is measured better than 
 
 @dataclass(frozen=True)
 class Scale:
-    """Where the scale of photographs comes from: the card, the size of the page in mm, or neither."""
+    """Where the scale of photographs comes from.
+
+    The card, the size of the page in mm, or neither.
+    """
 
     card: bool = True
     page_mm: tuple[float, float] | None = None
@@ -43,16 +49,20 @@ def _size(text: str, hint: str) -> tuple[float, float]:
 
 
 def page_size_of(text: str) -> tuple[float, float]:
-    """The size in mm, width and height, that --scale gives the page of a mesh. Raises UsageError for another text."""
+    """Return width and height in mm that --scale gives a mesh's page.
+
+    Raises UsageError for another text.
+    """
     return _size(text, "give the page's width × height in mm: 210x297")
 
 
 def scaled_to(scan: RangeScan | SurfaceMesh, page_mm: tuple[float, float], pieces: Sheets) -> SurfaceMesh:
-    """A mesh with its page as large as page_mm, width × height in mm either way round.
+    """Return a mesh with its page as large as page_mm.
 
+    page_mm is width × height in mm in either orientation.
     pieces: as of the run; of several pages it is the largest.
     Raises UsageError for a range image, which has a scale, BadInput when the sides of the page have another ratio,
-    NotEnoughSurface when there is no page.
+    NotEnoughSurface without a page.
     """
     if not isinstance(scan, SurfaceMesh):
         raise UsageError("--scale: a range image has its own scale", "leave --scale out")
@@ -65,9 +75,9 @@ def scaled_to(scan: RangeScan | SurfaceMesh, page_mm: tuple[float, float], piece
 
 
 def factor_to(page: SurfaceMesh | RangeScan, wanted: tuple[float, float]) -> float:
-    """The factor by which a page is to be larger, to be width × height mm either way round.
+    """Return the factor that makes a page width × height mm.
 
-    Raises BadInput when its sides have another ratio.
+    In either orientation. Raises BadInput when its sides have another ratio.
     """
     width, height = restore(page, MEASURED).report["page_mm"]
     ratio, known = max(width, height) / min(width, height), max(wanted) / min(wanted)

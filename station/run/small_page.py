@@ -14,7 +14,10 @@ RADIUS_MM, DISTANCE_MM = 200.0, 900.0
 
 
 def small_page() -> RangeScan:
-    """A scan of (ROWS, COLS) samples of a page of noise that is curled round an upright cylinder."""
+    """Return a scan of (ROWS, COLS) samples of a small page of noise.
+
+    It is curled round an upright cylinder.
+    """
     import numpy as np
 
     from restore import RangeScan
@@ -30,7 +33,10 @@ def small_page() -> RangeScan:
 
 
 def get_ready() -> None:
-    """Load what a restoration needs, by one of a small page; what fails here is reported by the first page."""
+    """Load what a restoration needs, by one of a small page.
+
+    What fails here is reported by the first page.
+    """
     with suppress(Exception):
         from restore import restore
 

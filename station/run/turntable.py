@@ -1,4 +1,7 @@
-"""Several views of one page on a turntable: rotate → capture → store each → merge → restore."""
+"""Several views of one page on a turntable.
+
+The stages: rotate → capture → store each → merge → restore.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ NO_AXIS = "find it with `planish axis`, and put the table [turntable.axis] that 
 
 @dataclass(frozen=True, eq=False)
 class Views:
-    """Captured views: scans, the folders that they are stored in, and the stage angle of each, degrees."""
+    """Captured views.
+
+    Scans, the folders that they are stored in, and the turntable's angle of each, degrees.
+    """
 
     scans: Sequence[RangeScan]
     folders: Sequence[Path]
@@ -50,9 +56,10 @@ def scan_views(
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
-    """Capture `turns` views, each stored in `<stem>-view-<n>.scan` at once, merge them, restore the page.
+    """Capture `turns` views, merge them, restore the page.
 
-    Raises UsageError or OverwriteError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
+    Each is stored in `<stem>-view-<n>.scan` at once. Raises UsageError or OverwriteError before any work, ScannerError,
+    NotEnoughSurface, OSError when the disk refuses.
     """
     stem, options = config.output.stem, replace(options, settings=config.restore).with_implied_outputs()
     settings = _require_axis(_require_stage(config))
@@ -79,7 +86,7 @@ def merge_files(
 ) -> Outcome:
     """Merge views that `scan_views` stored, and restore the page.
 
-    Raises as `restore_file`, and BadInput for a scan that is no such view.
+    Raises as `restore_file`, and BadInput for a scan that is not such a view.
     """
     stem = stem_of(folders[0]).split(VIEW)[0]
     recover(destination.folder)
@@ -100,11 +107,10 @@ def merge_files(
 def find_axis(
     config: StationConfig, destination: Destination, *, turns: int, progress: Progress = silent
 ) -> tuple[str, Path]:
-    """Find the axis of the stage from views of a board with markers, and write it to `axis.toml`.
+    """Find the axis of the turntable, and write it to `axis.toml`.
 
-    Returns it as a table of the configuration, and the path.
-
-    Raises as `scan_views`, and BadInput when the board cannot be found or the stage did not reach the commanded angles.
+    From views of a board with markers. Returns it as a table of the configuration, and the path. Raises as
+    `scan_views`, and BadInput when the board cannot be found or the turntable did not reach the commanded angles.
     """
     path = destination.folder / AXIS_FILE
     recover(destination.folder)
@@ -124,7 +130,10 @@ def axis_table(axis: RotationAxis, rms_mm: float) -> str:
 
 
 def view_angles(turns: int, arc_deg: float) -> list[float]:
-    """Stage angles of the views, degrees: evenly over a full turn, or over an arc from 0 to both sides alternately."""
+    """Return the angles of the views, degrees.
+
+    Evenly over a full rotation, or over an arc from 0 to both sides alternately.
+    """
     if arc_deg == FULL_TURN_DEG:
         return [index * FULL_TURN_DEG / turns for index in range(turns)]
     step = arc_deg / max(turns - 1, 1)

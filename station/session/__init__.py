@@ -1,9 +1,11 @@
-"""Sessions: a volume in a folder that is a BagIt bag, written one event at a time and never overwritten.
+"""Sessions: a volume in a folder that is a BagIt bag.
+
+It is written one event at a time and never overwritten.
 
 events    what one record holds, and its line of JSON
 history   pages and pointers: a fold over the events
 bag       tag files as functions of the events
-reading   what stands in the folder, and completing what an interrupted writer left
+reading   what the folder holds, and completing what an interrupted writer left
 store     create, read, open for writing; one event at a time
 steps     scans, runs of stages, decisions, undo and redo
 rules     corrections as events hold them

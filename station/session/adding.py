@@ -1,4 +1,7 @@
-"""Scans by others: the files that make up one scan, under the names by which they refer to each other."""
+"""Scans by others: the files that make up one scan.
+
+Under the names by which they refer to each other.
+"""
 
 from __future__ import annotations
 
@@ -30,9 +33,10 @@ class Gathered:
 
 
 def gather(path: Path) -> Gathered:
-    """The files of a scan file, with those that it names and the picture of its name, or of a scan folder.
+    """Return the files of a scan file or of a scan folder.
 
-    Raises BadInput for what is not there or no scan, OSError when the folder cannot be read.
+    With those that a file names and the picture of its name. Raises BadInput for what is missing or is not a scan,
+    OSError when the folder cannot be read.
     """
     if not path.exists():
         raise BadInput(f"{path} does not exist", "check the name and the folder")
@@ -54,7 +58,10 @@ def gather(path: Path) -> Gathered:
 
 
 def add_originals(writer: Writer, paths: Sequence[Path], *, unit: str = "auto") -> list[Event]:
-    """Store scans of others as new pages, all of them or none; returns their events. Raises as `add_original`."""
+    """Store scans of others as new pages, all of them or none.
+
+    Returns their events. Raises as `add_original`.
+    """
     copies = [f"{CAPTURING}-{number}" for number in range(len(paths))]
     try:
         staged = [_stage(writer, path, unit, copy) for path, copy in zip(paths, copies, strict=True)]
@@ -65,8 +72,9 @@ def add_originals(writer: Writer, paths: Sequence[Path], *, unit: str = "auto") 
 
 
 def add_original(writer: Writer, path: Path, *, page: int | None = None, unit: str = "auto") -> Event:
-    """Store a scan of others as a page, unchanged, with where it came from; returns its event.
+    """Store a scan of others as a page, unchanged; return its event.
 
+    With where it came from.
     unit: of a mesh's coordinates, as for `load_scan`; kept for the restoration.
     Raises BadInput for what cannot be read as a scan, OSError.
     """
@@ -90,7 +98,7 @@ def _stage(writer: Writer, path: Path, unit: str, name: str) -> Staged:
             cause = error.__cause__
             if isinstance(cause, OSError):  # of the copy, which was written just now: the disk's fault
                 raise OSError(cause.errno, cause.strerror, str(copy)) from error
-            # The copy is none of the operator's.
+            # The copy is not the operator's concern.
             message = str(error).replace(str(copy), str(path)).replace(str(copy.parent), str(path.parent))
             raise BadInput(message, error.hint) from error
 

@@ -1,6 +1,6 @@
-"""The bag of a session (RFC 8493): its tag files, which grow by one event at a time and are functions of the events.
+"""The bag of a session (RFC 8493): its tag files.
 
-Nothing here reads or writes: bytes in, bytes out.
+They grow by one event at a time and are functions of the events. Nothing here reads or writes: bytes in, bytes out.
 """
 
 from __future__ import annotations
@@ -24,7 +24,10 @@ DECLARATION = b"BagIt-Version: 1.0\nTag-File-Character-Encoding: UTF-8\n"
 
 
 def fixed_files(first: Event) -> dict[str, bytes]:
-    """bagit.txt and bag-info.txt: functions of the first event, which says what the session is of."""
+    """Return bagit.txt and bag-info.txt.
+
+    They are functions of the first event, which says what the session is of.
+    """
     volume = first.facts.get("volume")
     volume = volume if isinstance(volume, dict) else {}  # of a damaged record, which is reported where it is read
     info = {
@@ -45,7 +48,10 @@ def _bag_info(fields: Mapping[str, object]) -> bytes:
 
 
 def manifest_lines(event: Event) -> bytes:
-    """The lines of the payload manifest for one event: its record, then its files by name."""
+    """Return the lines of the payload manifest for one event.
+
+    Its record, then its files by name.
+    """
     files = {RECORD: event.sha512, **dict(sorted(event.files.items()))}
     return "".join(f"{digest}  {PAYLOAD}/{event.folder}/{name}\n" for name, digest in files.items()).encode()
 

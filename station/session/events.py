@@ -1,4 +1,7 @@
-"""Events of a session: what one record holds, its line of JSON, the name of its folder."""
+"""Events of a session.
+
+What one record holds, its line of JSON, the name of its folder.
+"""
 
 from __future__ import annotations
 
@@ -26,12 +29,15 @@ MAX_PAGE, MAX_NUMBER = 9999, 999_999  # the digits of a folder's name
 
 
 class EventDamaged(ValueError):
-    """Raised for a line that is no record as `encode` writes it."""
+    """A line is not a record as `encode` writes it."""
 
 
 @dataclass(frozen=True)
 class Input:
-    """An event that a stage read: its number, and the SHA-512 of its record, which lists those of its files."""
+    """Event that a stage read.
+
+    Its number, and the SHA-512 of its record, which lists those of its files.
+    """
 
     event: int
     sha512: str
@@ -95,7 +101,10 @@ class Event:
 
 @dataclass(frozen=True)
 class OlderEvent(Event):
-    """An event of an earlier format: its facts have today's names, its line and digest are as they were written."""
+    """Event of an earlier format.
+
+    Its facts have today's names, its line and digest are as they were written.
+    """
 
     written: bytes = b""
 

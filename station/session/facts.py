@@ -1,6 +1,7 @@
-"""What the facts of an event may be: checked once when a session is read.
+"""What the facts of an event may be.
 
-What shows, judges, exports or restores a page takes them as they are. A session may be damaged, or of somebody else.
+They are checked once when a session is read; the code that shows, checks, exports or restores a page takes them as they
+are. A session may be damaged, or of another origin.
 """
 
 from __future__ import annotations
@@ -62,6 +63,12 @@ class Captured(_Facts):
     provenance: dict[str, Any] = {}
 
 
+class Stage(_Facts):
+    """Facts of a stage."""
+
+    parameters: dict[str, Any] = {}
+
+
 _numbers: Any = dict.fromkeys(WORSE, (Number | None, None))
 Measures = create_model(
     "Measures", __base__=_Facts, fingerprint=(Annotated[str, AfterValidator(_fingerprint)], ...), **_numbers
@@ -120,6 +127,7 @@ def check_facts(history: History) -> None:
             elif event.kind == "capture":
                 Captured.model_validate(dict(event.facts))
             elif event.kind == "stage" and event.name in RESULTS:
+                Stage.model_validate(dict(event.facts))
                 RESULTS[event.name].model_validate(event.facts.get("result"))
             elif event.kind == "decision" and event.name in VALUES:
                 value = VALUES[event.name].validate_python(event.facts.get("value"), strict=True)
@@ -139,7 +147,10 @@ def _volume(event: Event) -> Volume:
 
 
 def _check_place(event: Event, history: History) -> None:
-    """Raise ValueError for an event of a slot, a page or a time that its kind cannot have."""
+    """Raise ValueError for a place that an event of its kind cannot have.
+
+    A slot, a page or a time.
+    """
     datetime.fromisoformat(event.time)
     if (event.kind == SESSION) != (event.number == 1):
         raise ValueError("a session begins with one event of its own, and has it once")

@@ -1,8 +1,9 @@
-"""The state of a session: a fold over its events. Pure functions; undo and redo only compute where a pointer goes.
+"""The state of a session: a fold over its events.
 
-A slot is a pointer to one event of a page. Slots of a page itself (`capture`, `label`) name the current scan and what
-holds for the page; slots on an event (`restore@5`, `accept@5`) name what was made of it. A page's state is found by
-walking from its current scan, so that the scan of an earlier shot comes back with all that was made of it.
+Pure functions; undo and redo only compute where a pointer goes. A slot is a pointer to one event of a page. Slots of a
+page itself (`capture`, `label`) name the current scan and what holds for the page; slots on an event (`restore@5`,
+`accept@5`) name what was made of it. A page's state is found by walking from its current scan, so that the scan of an
+earlier capture comes back with all that was made of it.
 """
 
 from __future__ import annotations
@@ -70,7 +71,10 @@ class History:
         return Page(number, capture, _of_kind("stage", steps), _of_kind("decision", steps))
 
     def pages(self) -> Iterator[Page]:
-        """The pages that have a scan, in the order of the volume: by `position`, where one was decided, else number."""
+        """Yield the pages that have a scan, in the order of the volume.
+
+        By `position`, where one was decided, else number.
+        """
         pages = (self.page(number) for number in self.pointers if number != VOLUME)
         return iter(sorted((page for page in pages if page.capture), key=_position))
 
@@ -80,9 +84,10 @@ class History:
 
 
 def extended(history: History, event: Event) -> History:
-    """The history with one more event; the other pages' pointers are shared, so that a long session stays fast.
+    """Return the history with one more event.
 
-    Raises ValueError when its number is not the next one, or a reference is broken.
+    The other pages' pointers are not copied, so that a long session stays fast. Raises ValueError when its number is
+    not the next one, or a reference is invalid.
     """
     known, done, undone = list(history.events), list(history.done), list(history.undone)
     slots = dict(history.pointers.get(event.page, {}))
@@ -92,7 +97,10 @@ def extended(history: History, event: Event) -> History:
 
 
 def folded(events: Iterable[Event]) -> History:
-    """The history of the events. Raises ValueError when their numbers do not count on, or a reference is broken."""
+    """Return the history of the events.
+
+    Raises ValueError when their numbers do not count on, or a reference is invalid.
+    """
     known, done, undone = list[Event](), list[int](), list[int]()
     pointers = dict[int, dict[str, int]]()
     for event in events:
@@ -101,12 +109,12 @@ def folded(events: Iterable[Event]) -> History:
 
 
 def undo_target(history: History) -> Event | None:
-    """The operator's event that undo takes back; None when there is none."""
+    """Return the operator's event that undo takes back, or None."""
     return history.event(history.done[-1]) if history.done else None
 
 
 def redo_target(history: History) -> Event | None:
-    """The operator's event that redo brings back; None when there is none."""
+    """Return the operator's event that redo brings back, or None."""
     return history.event(history.undone[-1]) if history.undone else None
 
 
@@ -125,7 +133,10 @@ def later(history: History, page: int, slot: str) -> Event | None:
 
 
 def _follow(event: Event, known: list[Event], slots: dict[str, int], done: list[int], undone: list[int]) -> None:
-    """Append one event to those known, and apply it to the slots of its page and to the stacks of undo and redo."""
+    """Append one event to those known, and apply it.
+
+    To the slots of its page and to the stacks of undo and redo.
+    """
     if event.number != len(known) + 1:
         raise ValueError(f"event {event.number} follows event {len(known)}")
     known.append(event)

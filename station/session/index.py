@@ -1,6 +1,7 @@
-"""The index of all sessions: an SQLite database that holds nothing but what the folders say.
+"""The index of all sessions: an SQLite database.
 
-WAL, so that a list is read while a session is written to; synchronous FULL, so that a power cut takes no entry back.
+It holds nothing but what the folders say. WAL, so that a list is read while a session is written to; synchronous FULL,
+so that a power cut takes no entry back.
 """
 
 from __future__ import annotations
@@ -39,7 +40,10 @@ INDEX = "sessions.sqlite"
 
 
 class IndexUnusable(StationError):
-    """Raised when the database of the index cannot be used; the sessions themselves do not need it."""
+    """The database of the index cannot be used.
+
+    The sessions themselves do not need it.
+    """
 
     exit_code = DISK
 
@@ -116,17 +120,18 @@ def level_of(page: Page) -> str:
 def update(index: Path, session: Session) -> None:
     """Write the entries of one session.
 
-    Raises BadInput for a path that is not UTF-8 and for a file that is no index, IndexUnusable, OSError.
+    Raises BadInput for a path that is not UTF-8 and for a file that is not an index, IndexUnusable, OSError.
     """
     with _opened(index) as database:
         _write(database, session)
 
 
 def reindex(index: Path, folders: Iterable[Path]) -> list[str]:
-    """Build the index anew from the sessions in these folders and below; returns why those that were not read were not.
+    """Build the index again from the sessions in these folders and below.
 
-    Without any folder: from those that the index knows. The old index stays until the new one is complete.
-    Raises BadInput for a folder that is not there and for a file that is no index, IndexUnusable, OSError.
+    Without any folder: from those that the index knows. The old index stays until the new one is complete. Returns why
+    sessions could not be read. Raises BadInput for a folder that does not exist and for a file that is not an index,
+    IndexUnusable, OSError.
     """
     _refuse_others(index)
     given = list(folders)
@@ -146,7 +151,10 @@ def reindex(index: Path, folders: Iterable[Path]) -> list[str]:
 
 
 def sessions(index: Path) -> list[Entry]:
-    """All sessions of the index, the one changed last first. Raises IndexUnusable, BadInput for another file."""
+    """Return all sessions of the index, the one changed last first.
+
+    Raises IndexUnusable, BadInput for another file.
+    """
     if not index.exists():
         return []
     names = ", ".join(item.name for item in fields(Entry))
@@ -163,9 +171,10 @@ def pages(index: Path) -> list[PageEntry]:
 
 
 def find(index: Path, name: str) -> Path:
-    """The folder of a session: a path, or the identifier or title of a session that the index knows.
+    """Return the folder of a session.
 
-    Raises BadInput when there is none, or several, or when it is no longer where the index has it.
+    name: a path, or the identifier or title of a session that the index knows.
+    Raises BadInput without such a session, or with several, or when it is no longer where the index has it.
     """
     if Path(name).is_dir():
         return Path(name)
@@ -184,7 +193,7 @@ def find(index: Path, name: str) -> Path:
 def _folder_of(entry: Entry) -> Path:
     """The folder of an entry. Raises BadInput when it is gone or holds another session."""
     folder = Path(entry.folder)
-    if folder.is_dir() and identifier_of(folder) in (entry.id, None):  # None: damaged, which is told by its own names
+    if folder.is_dir() and identifier_of(folder) in (entry.id, None):  # None: damaged, and recognised by its file names
         return folder
     gone = f"the session {entry.title!r} is no longer in {folder}"
     beside = sorted(folder.parent.iterdir()) if folder.parent.is_dir() else []
@@ -214,9 +223,9 @@ def _opened(index: Path) -> Iterator[sqlite3.Connection]:
 
 
 def _refuse_others(index: Path) -> None:
-    """Raise BadInput for a file that is there and is no index, so that it is neither replaced nor added to.
+    """Raise BadInput for an existing file that is not an index.
 
-    A damaged index is known by its name, or by what it still has of a database.
+    It is neither replaced nor added to. A damaged index is known by its name, or by what it still has of a database.
     """
     if not index.is_file() or not index.stat().st_size:
         return
@@ -249,7 +258,10 @@ def _write(database: sqlite3.Connection, session: Session) -> None:
 
 
 def _enter_or_tell(database: sqlite3.Connection, folder: Path, problems: list[str]) -> None:
-    """Write the entries of the session in a folder, or add to `problems` why that cannot be."""
+    """Write the entries of the session in a folder.
+
+    Or add to `problems` why that is not possible.
+    """
     try:
         _write(database, read_session(folder))
     except (BadInput, SessionDamaged) as error:
@@ -282,7 +294,11 @@ def _page_entry(session: str, page: Page, position: int) -> PageEntry:
 
 
 def _sessions_below(folders: Iterable[Path], problems: list[str]) -> Iterator[Path]:
-    """Every folder with a log of events, at or below these; none within a session. problems: of unreadable folders."""
+    """Yield every folder with a log of events, at or below these.
+
+    None within a session.
+    problems: of unreadable folders.
+    """
     for start in folders:
         for base, inner, _ in os.walk(start, onerror=lambda error: problems.append(_unreadable(error))):
             if is_session(Path(base)):

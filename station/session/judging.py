@@ -1,4 +1,7 @@
-"""The verdict on a restored page beside the other pages of its session, recorded."""
+"""Records the verdict on a restored page.
+
+Compared with the other pages of its session.
+"""
 
 from __future__ import annotations
 
@@ -17,16 +20,16 @@ MAX_COMPARED = 100  # pages that a new one is compared with, the latest: three m
 
 
 def lacks_verdict(page: Page) -> bool:
-    """Whether a page is restored, measured and not judged."""
+    """Return whether a page is restored and measured, without a verdict."""
     return (
         RESTORE in page.runs and VERDICT not in page.runs and bool(measured_parts(page.runs[RESTORE].facts["result"]))
     )
 
 
 def record_verdict(writer: Writer, restored: Event) -> Event:
-    """Judge a restoration by the limits of the session's preset, and record it.
+    """Check a restoration by the session's limits, and record the verdict.
 
-    Raises OSError when the disk refuses.
+    They are those of its preset. Raises OSError when the disk refuses.
     """
     parameters = {"thresholds": preset_of(writer.session).thresholds.model_dump(mode="json", exclude_none=True)}
     others = list(_restored_pages(writer, without=restored.page))[-MAX_COMPARED:]
@@ -44,7 +47,10 @@ def fingerprints_of(restored: Iterable[Event]) -> dict[str, str]:
 
 
 def verdict_lines(name: str, result: Any) -> list[str]:
-    """A verdict for the operator: the level, then each measure that is not green beside its limits, with what to do."""
+    """Return a verdict as lines for the operator.
+
+    The level, then each measure that is not green next to its limits, with what to do.
+    """
     findings: Sequence[Any] = result["checks"]
     lines = [f"{name}: {str(result['level']).upper()}  {len(findings)} checks"]
     return [*lines, *(_line(one) for one in findings if one["level"] != "green")]

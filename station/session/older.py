@@ -1,7 +1,8 @@
-"""Records of format 1, of programs before the public names were settled, under today's names.
+"""Records of format 1 under today's names.
 
-A record keeps its line as it was written, and with it its digest; only its facts are read under other names. No
-earlier name has another meaning today, so that a value is never taken for another one.
+They are of programs before the public names were settled. A record keeps its line as it was written, and with it its
+digest; only its facts are read under other names. No earlier name has another meaning today, so that a value is never
+mistaken for another one.
 """
 
 from __future__ import annotations
@@ -119,7 +120,10 @@ def _renamed(value: Any, tree: Tree) -> Any:
 
 
 def _capture_provenance(provenance: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the provenance of a capture; that of photographs listed the sizes of its images as `pictures`."""
+    """Return the provenance of a capture.
+
+    That of photographs listed the sizes of its images as `pictures`.
+    """
     sizes = {"image_sizes_px": provenance["pictures"]} if provenance.get("device") == "photographs" else {}
     kept = {key: value for key, value in provenance.items() if not (sizes and key == "pictures")}
     return current_provenance({**kept, **sizes})

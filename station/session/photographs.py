@@ -1,4 +1,7 @@
-"""Photographs of one page as one capture: stored as they are, restored as `planish photos` does."""
+"""Photographs of one page as one capture.
+
+Stored as they are, restored as `planish photos` does.
+"""
 
 from __future__ import annotations
 
@@ -20,10 +23,12 @@ SCALE = "scale"
 
 
 def add_photographs(writer: Writer, paths: Sequence[Path], *, page: int | None = None, scale: str = "card") -> Event:
-    """Store photographs of one page, or a video of it, as one capture, unchanged; returns its event.
+    """Store photographs or a video of one page as one capture.
 
-    paths: of the files, or of one folder of them. They are restored in the order of their names.
-    Raises UsageError for a scale that is none, BadInput for what cannot be read or has the name of another, OSError.
+    Unchanged; they are restored in the order of their names.
+    paths: of the files, or of one folder of them.
+    Returns its event. Raises UsageError for an invalid scale, BadInput for what cannot be read or has the name of
+    another, OSError.
     """
     Scale.parse(scale)
     files = _by_name(paths)
@@ -51,7 +56,10 @@ def pictures_in(folder: Path) -> list[Path]:
 
 
 def first_picture(folder: Path) -> Photograph:
-    """The first photograph of a stored set. Raises BadInput when it is damaged, or the set is a video."""
+    """Return the first photograph of a stored set.
+
+    Raises BadInput when it is damaged, or the set is a video.
+    """
     first = next(iter(pictures_in(folder)), None)
     if first is None:
         raise BadInput(f"{folder} holds no photographs", "planish verify shows more")
@@ -87,5 +95,8 @@ def _by_name(paths: Sequence[Path]) -> dict[str, Path]:
 
 
 def _size(path: Path) -> list[int] | None:
-    """Width and height of a photograph; None for a video. Raises BadInput when it cannot be read."""
+    """Return width and height of a photograph, None for a video.
+
+    Raises BadInput when it cannot be read.
+    """
     return None if _is_video(path) else [*read_photographs([path])[0].image.shape[1::-1]]

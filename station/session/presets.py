@@ -1,4 +1,7 @@
-"""Presets: how the pages of a kind of volume are restored, judged and numbered."""
+"""Presets: how the pages of a kind of volume are processed.
+
+They are restored, checked and numbered by it.
+"""
 
 from __future__ import annotations
 
@@ -64,9 +67,10 @@ class Preset(BaseModel):
         return outputs
 
     def parameters(self, capture: Mapping[str, Any] = NO_FACTS) -> dict[str, Any]:
-        """The parameters of a restoration, every setting by name: a later default changes none of them.
+        """Return the parameters of a restoration, every setting by name.
 
-        capture: the facts of what is to be restored; it tells the unit of a mesh, or the scale of photographs.
+        A later default changes none of them.
+        capture: the facts of what is to be restored; with the unit of a mesh, or the scale of photographs.
         """
         settings = Settings.model_validate(self.settings).model_dump(mode="json")
         outputs = sorted({*self.outputs, "coverage"})
@@ -76,7 +80,10 @@ class Preset(BaseModel):
         return {"settings": settings, "outputs": outputs, "language": self.language, **told}
 
     def label(self, position: int) -> str:
-        """The label of the page at a position of the volume, from 1 on; empty where pages are not numbered."""
+        """Return the label of the page at a position of the volume, from 1 on.
+
+        Empty where pages are not numbered.
+        """
         if self.foliation == "none":
             return ""
         if self.foliation == "pages":
@@ -85,7 +92,9 @@ class Preset(BaseModel):
         return f"{self.first + leaf}{'v' if verso else 'r'}"
 
     def place(self, label: str) -> int | None:
-        """The position that a label has by itself, the inverse of `label`; None for another kind of label.
+        """Return the position that a label has, the inverse of `label`.
+
+        None for another kind of label.
 
         >>> Preset(foliation="folios").place("2r"), Preset().place("7"), Preset().place("vii")
         (3, 7, None)
@@ -104,7 +113,10 @@ class Preset(BaseModel):
 
 
 def changed_preset(preset: Preset, changed: Mapping[str, Any]) -> Preset:
-    """A preset with other `settings` and `thresholds`, where they are named. Raises ValidationError."""
+    """Return a preset with other `settings` and `thresholds`.
+
+    Where they are named. Raises ValidationError.
+    """
     values = preset.model_dump(mode="json", exclude_none=True)
     for name in ("settings", "thresholds"):
         values[name] = {**values[name], **changed.get(name, {})}
@@ -112,7 +124,7 @@ def changed_preset(preset: Preset, changed: Mapping[str, Any]) -> Preset:
 
 
 def load_preset(name: str) -> Preset:
-    """A preset that comes along, by its name, or of one's own: the path of a TOML file.
+    """Return a bundled preset by its name, or one from a TOML file.
 
     Raises UsageError that names file and key.
     """
@@ -129,7 +141,11 @@ def load_preset(name: str) -> Preset:
 
 
 def build_preset(table: dict[str, Any], where: str) -> Preset:
-    """The preset of a table. where: what the table stands in. Raises UsageError that names the key."""
+    """Return the preset of a table.
+
+    where: what the table stands in.
+    Raises UsageError that names the key.
+    """
     preset = build_model(Preset, table, name=lambda key: f"{where}: {key}", hint=COMPARE)
     for name, limits in preset.thresholds:
         try:

@@ -1,8 +1,8 @@
-"""What stands in a session's folder, and completing what an interrupted writer left.
+"""Reads a session's folder, and completes an interrupted event.
 
 A writer ends one event before it begins the next, so at most the last event is unfinished: its folder is in the payload
 and log, manifest or tag manifest do not have it, or have part of it. Anything else is damage, which opening a session
-never mends: `planish verify` tells, `planish repair` mends.
+never repairs: `planish verify` reports it, `planish repair` repairs it.
 """
 
 from __future__ import annotations
@@ -42,16 +42,19 @@ class SessionDamaged(StationError):
 
 @dataclass(frozen=True)
 class Stored:
-    """The events of a session, and its tag files as they stand on the disk, but for the tag manifest."""
+    """Events of a session, and its tag files.
+
+    As they are on the disk, but for the tag manifest.
+    """
 
     events: tuple[Event, ...]
     files: dict[str, bytes]
 
 
 def read_stored(folder: Path) -> Stored:
-    """Read the log, and the record of an event that is not in it yet. Writes nothing.
+    """Read the log, and the record of an event that is not in it yet.
 
-    Raises BadInput when the folder is no session, SessionDamaged, OSError.
+    Writes nothing. Raises BadInput when the folder is not a session, SessionDamaged, OSError.
     """
     if not (folder / bag.BAGIT).is_file() or not (folder / bag.PAYLOAD).is_dir():
         raise BadInput(f"{folder} is not a session", "make one with planish session new, or check the path")
@@ -70,7 +73,10 @@ def read_stored(folder: Path) -> Stored:
 
 
 def identifier_of(folder: Path) -> str | None:
-    """The identifier of the session in a folder, by its first record alone; None where that cannot be read."""
+    """Return the identifier of the session in a folder.
+
+    By its first record alone; None where that cannot be read.
+    """
     try:
         first = decode(read_regular(folder / FIRST / RECORD, MAX_RECORD_BYTES))
         return str(first.facts["id"])
@@ -79,9 +85,10 @@ def identifier_of(folder: Path) -> str | None:
 
 
 def complete_tag_files(folder: Path) -> Stored:
-    """Read a session that this process has locked, and complete the tag files for its last event.
+    """Read a locked session, and complete the tag files.
 
-    Raises SessionDamaged when what stands there is neither the state before nor after it, OSError.
+    This process has locked it; its last event may be incomplete. Raises SessionDamaged when the content is neither the
+    state before nor after it, OSError.
     """
     stored = read_stored(folder)
     before, after = stored.events[:-1], stored.events
@@ -95,7 +102,10 @@ def complete_tag_files(folder: Path) -> Stored:
 
 
 def complete_is_possible(folder: Path) -> bool:
-    """Whether the tag files are those of a writer that was interrupted in its last event. Writes nothing."""
+    """Return whether the tag files are those of an interrupted writer.
+
+    It was interrupted in its last event. Writes nothing.
+    """
     try:
         stored = read_stored(folder)
         _check_interrupted(folder, stored, stored.events[:-1], _read(folder, bag.TAG_MANIFEST))
@@ -105,7 +115,10 @@ def complete_is_possible(folder: Path) -> bool:
 
 
 def _check_interrupted(folder: Path, stored: Stored, before: Sequence[Event], tag_manifest: bytes) -> None:
-    """Raise SessionDamaged unless the tag files are those of a writer that was interrupted in its last event."""
+    """Raise SessionDamaged unless a writer was interrupted there.
+
+    In its last event, by the tag files.
+    """
     older = bag.growing_files(before)
     digests = {name: bag.sha512(data) for name, data in {**stored.files, **older}.items()}
     if not before or tag_manifest != bag.tag_manifest(digests):
@@ -136,12 +149,18 @@ def _rewrite(folder: Path, stored: Stored, expected: dict[str, bytes], tag_manif
 
 
 def _whole_lines(log: bytes) -> bytes:
-    """The log without a line that is not whole: its event is read from its own folder, if it is there."""
+    """Return the log without a line that is not whole.
+
+    Its event is read from its own folder, if that exists.
+    """
     return log[: log.rfind(b"\n") + 1]
 
 
 def _unlogged(folder: Path, events: Sequence[Event]) -> list[Event]:
-    """The events that have a folder in the payload and no line in the log: one, or several of a live writer."""
+    """Return the events with a folder in the payload and no line in the log.
+
+    One, or several of a live writer.
+    """
     last = len(events)
     names = (match for path in (folder / bag.PAYLOAD).iterdir() if (match := FOLDER.fullmatch(path.name)))
     new = sorted((int(match["number"]), match[0]) for match in names if int(match["number"]) > last)

@@ -1,6 +1,7 @@
-"""What a session should hold, reconciled from three copies of each event: its record, the log and the manifest.
+"""Reconciles the content of a session from three copies of each event.
 
-A single fault leaves two of them in agreement. Files are then compared with what the events say, byte for byte.
+They are its record, the log and the manifest. A single fault leaves two of them in agreement. Files are then compared
+with what the events say, byte for byte.
 """
 
 from __future__ import annotations
@@ -48,9 +49,10 @@ class ReconciledEvents:
 
 
 def reconcile(folder: Path, paths: Iterable[str]) -> ReconciledEvents:
-    """The events of a session, whichever of the copies is damaged. paths: the files that are there.
+    """Return the events of a session, whichever of the copies is damaged.
 
-    Raises nothing for a file that cannot be read: that copy counts as missing.
+    A file that cannot be read counts as a missing copy, and raises nothing.
+    paths: the files that exist.
     """
     logged = _events(_read(folder / bag.LOG, MAX_TAG_FILE_BYTES).splitlines(keepends=True))
     listed = _listed_records(_read(folder / bag.MANIFEST, MAX_TAG_FILE_BYTES))
@@ -73,7 +75,10 @@ def reconcile(folder: Path, paths: Iterable[str]) -> ReconciledEvents:
 
 
 def _agreed(said: Sequence[Event], listed: str | None) -> Event | None:
-    """The event that two of record, log and manifest agree on; the only one that is said, without the manifest."""
+    """Return the event that two of record, log and manifest agree on.
+
+    Without the manifest the only one that is recorded.
+    """
     for event in said:
         if event.sha512 == listed:
             return event

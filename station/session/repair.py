@@ -1,4 +1,7 @@
-"""`repair`: brings back what can be had again. What it replaces goes to a folder beside the session."""
+"""`repair`: restores what can be had again.
+
+What it replaces goes to a folder next to the session.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ ASIDE = "{name}.set-aside"
 
 @dataclass(frozen=True)
 class Repaired:
-    """What was done about a problem. how: empty when nothing could be done, with the reason in `why_not`."""
+    """What was done about a problem.
+
+    how: empty when nothing could be done, with the reason in `why_not`.
+    """
 
     problem: Problem
     how: str
@@ -35,10 +41,11 @@ class Repaired:
 def repair(
     folder: Path, *, copy: Path | None = None, workers: int | None = None, derivers: dict[str, Derive] | None = None
 ) -> list[Repaired]:
-    """Mend what `verify` finds, and return what was done about each problem, in its order.
+    """Repair what `verify` finds.
 
     copy: another copy of the session, whole or not, from which files are taken by their digests.
-    Raises BadInput when the folder is no session, FolderInUse, OSError when the disk refuses.
+    Returns what was done about each problem, in its order. Raises BadInput when the folder is not a session,
+    FolderInUse, OSError when the disk refuses.
     """
     inspection = verify(folder, workers=workers)
     if not inspection.problems:
@@ -61,7 +68,10 @@ class _Repair:
         lock.new.mkdir(exist_ok=True)
 
     def run(self) -> list[Repaired]:
-        """Mend renamed and listed files first: what is derived is derived from them."""
+        """Repair renamed and listed files first.
+
+        Derivatives are derived from them.
+        """
         done = dict[Problem, Repaired]()
         for problem in sorted(self._problems, key=_urgency):
             done[problem] = self._mend(problem)
@@ -127,7 +137,10 @@ class _Repair:
         return self._copy is not None and (self._copy / path).is_file() and self._place_file(path, self._copy / path)
 
     def _derived(self, path: str) -> bool:
-        """Derive the event that a file belongs to, and put in place every file of it that came out to the byte."""
+        """Derive the event that a file belongs to.
+
+        Every file of it that came out to the byte is put in place.
+        """
         event = self._reconciled.events[int(path.split("/")[1].split("-")[1])]
         if event.kind != "stage":
             return False
@@ -177,13 +190,19 @@ class _Repair:
 
 
 def _urgency(problem: Problem) -> int:
-    """Order of repair: files in the wrong place, records, then captures and what is derived from them."""
+    """Return the order of repair.
+
+    Files in the wrong place, records, then captures and what is derived from them.
+    """
     order = ("renamed", "extra", "unfinished", "contradiction", "missing", "damaged")
     return order.index(problem.kind) + 10 * (problem.remedy.startswith("planish repair derives"))
 
 
 def free_name(folder: Path) -> Path:
-    """A folder beside the session for what is set aside, which does not exist yet."""
+    """Return a new folder next to the session for replaced files.
+
+    It does not exist yet.
+    """
     base = folder.with_name(ASIDE.format(name=folder.name))
     return next(
         path

@@ -1,4 +1,7 @@
-"""`reproduce`: derives every derivative of a session again from the originals, and compares digests."""
+"""`reproduce`: derives every derivative again, and compares digests.
+
+From the originals of a session.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,10 @@ class Reproduced:
 
     @property
     def reason(self) -> str:
-        """Why it may differ: the program that wrote the record, and this one; empty when it is the same."""
+        """Return why it may differ.
+
+        The program that wrote the record, and this one; empty when it is the same.
+        """
         now = software_version()
         if (self.event.format, self.event.software) == (FORMAT, now):
             return ""
@@ -43,9 +49,10 @@ class Reproduced:
 
 
 def reproduce(session: Session, scratch: Path, *, derivers: Mapping[str, Derive] | None = None) -> Iterator[Reproduced]:
-    """Derive every run of a stage again, in the order of the session, and compare. Writes only below `scratch`.
+    """Derive every run of a stage again, and compare.
 
-    Raises BadInput for a stage that this program does not know, what the stages raise, OSError.
+    In the order of the session. Writes only below `scratch`. Raises BadInput for a stage that this program does not
+    know, what the stages raise, OSError.
     """
     for event in session.history.events:
         if event.kind == "stage":
@@ -58,9 +65,10 @@ def reproduce(session: Session, scratch: Path, *, derivers: Mapping[str, Derive]
 
 
 def derive(session: Session, event: Event, folder: Path, *, derivers: Mapping[str, Derive] | None = None) -> Run:
-    """Run the stage of an event again, with its parameters on its inputs, into a new folder.
+    """Run the stage of an event again, into a new folder.
 
-    Raises BadInput for a stage that this program does not know, and what the stage raises.
+    With its parameters on its inputs. Raises BadInput for a stage that this program does not know, and what the stage
+    raises.
     """
     known = DERIVERS if derivers is None else derivers
     if event.name not in known:
@@ -83,7 +91,7 @@ def _restore(session: Session, event: Event, folder: Path) -> Run:
 
 
 def _parameters(event: Event) -> Mapping[str, Any]:
-    parameters: Mapping[str, Any] = event.facts["parameters"]
+    parameters: Mapping[str, Any] = event.facts.get("parameters", {})
     return parameters
 
 

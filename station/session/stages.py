@@ -1,4 +1,7 @@
-"""Stages that derive something from a page's scan: the same bytes from the same input and parameters."""
+"""Stages that derive something from a page's scan.
+
+The same bytes from the same input and parameters.
+"""
 
 from __future__ import annotations
 
@@ -59,9 +62,10 @@ class RestoreParameters(BaseModel):
 
 @dataclass(frozen=True)
 class Run:
-    """What a stage gave, beside its files.
+    """Result of a stage, in addition to its files.
 
-    result  follows from input and parameters. facts  does not: seconds, memory.
+    result: follows from input and parameters.
+    facts: does not: seconds, memory.
     """
 
     result: Mapping[str, Any]
@@ -73,9 +77,10 @@ Submit = Callable[[Path, Mapping[str, Any], Path], Future[Run]]
 
 
 def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, progress: Progress = silent) -> Run:
-    """Restore a stored scan into a new folder, and measure the page; for worker processes, too.
+    """Restore a stored scan into a new folder, and measure the page.
 
-    A scan that cannot be restored gives a result with `error` and no files. Raises OSError when the disk refuses.
+    For worker processes, too. A scan that cannot be restored gives a result with `error` and no files. Raises OSError
+    when the disk refuses.
     """
     options = RestoreParameters.model_validate(dict(parameters)).options()
     try:

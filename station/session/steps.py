@@ -18,10 +18,11 @@ CAPTURING = "capturing"
 
 
 def add_scan(writer: Writer, scan: RangeScan, *, page: int | None = None, facts: Mapping[str, Any]) -> Event:
-    """Store a scan of the scanner as a page's current one, and return its event; it is on the disk by then.
+    """Store a scan of the scanner as a page's current one.
 
-    page   None for a new page.
-    facts  further facts of the capture; `scan` is where `load_scan` finds it in the event's folder.
+    It is on the disk when its event is returned.
+    page: None for a new page.
+    facts: further facts of the capture; `scan` is where `load_scan` finds it in the event's folder.
     """
     folder = _empty(writer.staging(CAPTURING))
     save_scan(scan, folder / ORIGINAL / SCAN)
@@ -37,12 +38,18 @@ def add_files(
     facts: Mapping[str, Any],
     inspect: Callable[[Path], Mapping[str, Any]] = lambda _path: {},
 ) -> Event:
-    """Store a copy of a scan's files as a page's current scan, and return its event. Parameters as of `stage_files`."""
+    """Store a copy of a scan's files as a page's current scan.
+
+    Parameters as of `stage_files`. Returns its event.
+    """
     return record_staged(writer, stage_files(writer, files, source, facts=facts, inspect=inspect), page=page)
 
 
 class Staged(NamedTuple):
-    """A copy of a scan's files in a folder of `staging`, which is no page yet, with the facts of its capture."""
+    """Copy of a scan's files in a folder of `staging`.
+
+    It is not a page yet, and has the facts of its capture.
+    """
 
     folder: Path
     facts: Mapping[str, Any]
@@ -78,7 +85,10 @@ def stage_files(
 
 
 def record_staged(writer: Writer, staged: Staged, *, page: int | None = None) -> Event:
-    """Make a copy a page's current scan, of a new page for None, and return its event. Raises OSError."""
+    """Make a copy a page's current scan, of a new page for None.
+
+    Returns its event. Raises OSError.
+    """
     return _capture(writer, staged.folder, page, staged.facts)
 
 
@@ -106,18 +116,27 @@ def record_run(
 
 
 def decide(writer: Writer, name: str, value: object, *, page: int = VOLUME, on: Event | None = None) -> Event:
-    """Record a decision on a page, or `on` its scan, and return its event: name and a JSON value."""
+    """Record a decision on a page, or `on` its scan; return its event.
+
+    It has a name and a JSON value.
+    """
     return writer.record("decision", slot_of(name, on), page=page, facts={"value": value})
 
 
 def move(writer: Writer, page: int, slot: str, to: Event | None, *, reason: str) -> Event:
-    """Let a slot of a page name another of its events, or none, and return the event of that."""
+    """Let a slot of a page name another of its events, or none.
+
+    Returns the event of that.
+    """
     facts = {"to": None if to is None else to.number, "reason": reason}
     return writer.record("move", slot, page=page, facts=facts)
 
 
 def undo(writer: Writer) -> Event | None:
-    """Take back the operator's last step; returns that step, None when there is none."""
+    """Take back the operator's last step.
+
+    Returns that step, None without one.
+    """
     step = undo_target(writer.history)
     if step is not None:
         before = None if step.parent is None else writer.history.event(step.parent)
@@ -126,7 +145,10 @@ def undo(writer: Writer) -> Event | None:
 
 
 def redo(writer: Writer) -> Event | None:
-    """Bring back the step that was taken back last; returns it, None when there is none."""
+    """Bring back the step that was taken back last.
+
+    Returns it, None without one.
+    """
     step = redo_target(writer.history)
     if step is not None:
         move(writer, step.page, step.slot, step, reason="redo")
@@ -139,7 +161,10 @@ def scan_path(session: Session, capture: Event) -> Path:
 
 
 def undo_run(writer: Writer, page: int, stage: str) -> Event | None:
-    """Let a page's stage name the run before its current one, or none; returns the run that was current, if any."""
+    """Let a page's stage name the run before its current one, or none.
+
+    Returns the run that was current, if any.
+    """
     run = writer.history.page(page).runs.get(stage)
     if run is not None:
         move(writer, page, run.slot, earlier(writer.history, page, run.slot), reason="stage")
@@ -147,7 +172,10 @@ def undo_run(writer: Writer, page: int, stage: str) -> Event | None:
 
 
 def redo_run(writer: Writer, page: int, stage: str) -> Event | None:
-    """Let a page's stage name the run after its current one; returns that run, None when there is none."""
+    """Let a page's stage name the run after its current one.
+
+    Returns that run, None without one.
+    """
     shown = writer.history.page(page)
     for on in (shown.capture, *shown.runs.values()):
         run = None if on is None else later(writer.history, page, slot_of(stage, on))

@@ -1,6 +1,7 @@
-"""The folder of a session: created in one step, read without a lock, written by one process at a time.
+"""The folder of a session.
 
-docs/decisions/session-folder.md describes the layout and why an event is whole or absent after any interruption.
+Created in one step, read without a lock, written by one process at a time. docs/decisions/session-folder.md describes
+the layout and why an event is whole or absent after any interruption.
 """
 
 from __future__ import annotations
@@ -46,7 +47,10 @@ def utc() -> datetime:
 
 
 class SessionBroken(StationError):
-    """Raised when a session is written to after the disk has refused; opening it again completes or drops the event."""
+    """A session is written to after the disk has refused.
+
+    Opening it again completes or drops the event.
+    """
 
 
 @dataclass(frozen=True)
@@ -100,15 +104,18 @@ def create_session(
 
 
 def read_session(folder: Path) -> Session:
-    """Read a session without locking it; another process may be writing to it.
+    """Read a session without locking it.
 
-    Raises BadInput when the folder is no session, SessionDamaged, OSError.
+    Another process may be writing to it. Raises BadInput when the folder is not a session, SessionDamaged, OSError.
     """
     return Session(folder, checked_history(folder, read_stored(folder).events))
 
 
 def checked_history(folder: Path, events: Sequence[Event]) -> History:
-    """The history of the events of a session, with facts that can be shown and judged. Raises SessionDamaged."""
+    """Return the history of the events of a session, with checked facts.
+
+    They can be shown and checked. Raises SessionDamaged.
+    """
     try:
         history = folded(events)
         check_facts(history)
@@ -119,10 +126,11 @@ def checked_history(folder: Path, events: Sequence[Event]) -> History:
 
 @contextmanager
 def open_session(folder: Path, *, now: Now = utc) -> Iterator[Writer]:
-    """Open a session for writing; the one writer has its folder until the block ends.
+    """Open a session for writing.
 
-    An event that an earlier writer did not finish is completed if it is whole, dropped if it is not.
-    Raises BadInput when the folder is no session, FolderInUse that names the other writer, SessionDamaged, OSError.
+    The one writer has its folder until the block ends. An event that an earlier writer did not finish is completed if
+    it is whole, dropped if it is not. Raises BadInput when the folder is not a session, FolderInUse that names the
+    other writer, SessionDamaged, OSError.
     """
     checked_history(folder, read_stored(folder).events)  # before anything is completed
     with lock_folder(folder) as lock:
@@ -148,9 +156,10 @@ class Writer:
         return self.session.history
 
     def staging(self, name: str) -> Path:
-        """The path of a folder for files of an event to come, on the same disk; an interrupted run's is removed.
+        """Return the path of a folder for files of an event to come.
 
-        name: one for each piece of work under way. The caller makes the folder and fills it.
+        On the same disk; an interrupted run's is removed. The caller makes the folder and fills it.
+        name: one for each piece of work under way.
         """
         self._folder_lock.new.mkdir(exist_ok=True)
         return self._folder_lock.new / name
@@ -217,7 +226,10 @@ class Writer:
             raise StationError(f"{self.session.folder} holds as many events as it can", "begin another session")
 
     def _put(self, event: Event, staged: Path) -> None:
-        """Move the folder of an event into the payload, then extend log, manifest and tag manifest, each flushed."""
+        """Move the folder of an event into the payload, then extend the lists.
+
+        Log, manifest and tag manifest, each flushed.
+        """
         folder = self.session.folder
         payload = folder / bag.PAYLOAD
         staged.rename(payload / event.folder)
@@ -231,7 +243,10 @@ class Writer:
 
 
 def identity_of(folder: Path) -> tuple[int, int] | None:
-    """What the system knows a folder by, whatever its name; None where there is none."""
+    """Return what the system knows a folder by, whatever its name.
+
+    None without the folder.
+    """
     try:
         state = folder.stat()
     except OSError:
@@ -240,7 +255,10 @@ def identity_of(folder: Path) -> tuple[int, int] | None:
 
 
 def _line_of(event: Event) -> bytes:
-    """The record of an event. Raises BadInput for a text that is not UTF-8, as of a terminal in another encoding."""
+    """Return the record of an event.
+
+    Raises BadInput for a text that is not UTF-8, as of a terminal in another encoding.
+    """
     try:
         return encode(event)
     except UnicodeEncodeError as error:
@@ -248,7 +266,10 @@ def _line_of(event: Event) -> bytes:
 
 
 def file_digests(folder: Path) -> dict[str, str]:
-    """Path → SHA-512 of every file under a folder, in alphabetical order. Raises BadInput, OSError."""
+    """Map path to SHA-512 of every file under a folder.
+
+    In alphabetical order. Raises BadInput, OSError.
+    """
     paths = sorted(path for path in folder.rglob("*") if path.is_file())
     names = [path.relative_to(folder).as_posix() for path in paths]
     for name in names:
@@ -263,7 +284,10 @@ def file_digest(path: Path) -> str:
 
 
 def append(path: Path, data: bytes, size: int) -> None:
-    """Append data to a file of a known size, and flush it. Raises OSError, StationError when it is of another size."""
+    """Append data to a file of a known size, and flush it.
+
+    Raises OSError, StationError when it is of another size.
+    """
     with add_path_to_errors(path), path.open("r+b") as file:
         found = file.seek(0, os.SEEK_END)
         if found != size:
@@ -274,7 +298,10 @@ def append(path: Path, data: bytes, size: int) -> None:
 
 
 def replace_file(path: Path, work: Path, data: bytes) -> None:
-    """Replace a file in one step, flushed. work: a folder on the same disk for the new file."""
+    """Replace a file in one step, flushed.
+
+    work: a folder on the same disk for the new file.
+    """
     work.mkdir(exist_ok=True)
     write_file(work / path.name, data)
     (work / path.name).replace(path)

@@ -1,4 +1,7 @@
-"""Texts of the operator: what is printed to terminals and lists holds no control characters."""
+"""Texts of the operator.
+
+What is printed to terminals and lists holds no control characters.
+"""
 
 from __future__ import annotations
 
@@ -11,9 +14,10 @@ IN_A_NOTE = "\n\t"
 
 
 def check_text(name: str, text: str) -> str:
-    """The text of a label, a title or a note without blanks around it. Raises UsageError for control characters.
+    """Return the text of a label, a title or a note without outer blanks.
 
     name: what it is of; a note may have lines.
+    Raises UsageError for control characters.
     """
     allowed = IN_A_NOTE if name == "note" else ""
     text = text.replace("\r\n", "\n") if allowed else text

@@ -1,4 +1,7 @@
-"""The files of a folder and their digests, as `verify` compares them with what was recorded."""
+"""The files of a folder and their digests.
+
+`verify` compares them with what was recorded.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,12 @@ from station.session.store import file_digest
 
 
 def tree_digests(folder: Path, *, without: str, workers: int | None = None) -> dict[str, str]:
-    """Path → SHA-512 of every file, link and empty folder below a folder, in alphabetical order.
+    """Map path to SHA-512 of every file, link and empty folder.
 
-    without  path of a file or folder that is left out.
-    workers  threads; one for each processor by default.
-    What is no regular file or cannot be read has a word that is no digest. Raises OSError for a folder.
+    Below a folder, in alphabetical order. What is not a regular file or cannot be read has a word in place of a digest.
+    without: path of a file or folder that is left out.
+    workers: threads; one for each processor by default.
+    Raises OSError for a folder.
     """
     names = sorted(_walk(folder, without))
     with ThreadPoolExecutor(workers or len(os.sched_getaffinity(0))) as pool:

@@ -1,4 +1,7 @@
-"""`verify`: compares every file of a session with what its events say, and names the page that is hurt."""
+"""`verify`: compares every file of a session with its events.
+
+It names the page that is damaged.
+"""
 
 from __future__ import annotations
 
@@ -26,10 +29,10 @@ Kind = Literal["damaged", "missing", "extra", "renamed", "contradiction", "unfin
 class Problem:
     """One thing that is wrong with a session.
 
-    page     the page that is hurt; VOLUME when none is.
-    path     of the file, relative to the session.
-    remedy   how the file can be had again; empty when only a copy of the session has it.
-    moved_to where a renamed file is now.
+    page: the page that is damaged; VOLUME for others.
+    path: of the file, relative to the session.
+    remedy: how the file can be had again; empty when only a copy of the session has it.
+    moved_to: where a renamed file is now.
     """
 
     kind: Kind
@@ -64,7 +67,10 @@ COMPLETED = "the next command that writes to the session completes it"
 
 @dataclass(frozen=True)
 class Inspection:
-    """A session as it stands: its files' digests, what its events say, and the problems found."""
+    """A session as it is.
+
+    Its files' digests, what its events say, and the problems found.
+    """
 
     found: Mapping[str, str]
     reconciled: ReconciledEvents
@@ -72,10 +78,10 @@ class Inspection:
 
 
 def verify(folder: Path, *, workers: int | None = None) -> Inspection:
-    """Compare every file with what the events say. Writes nothing.
+    """Compare every file with what the events say; write nothing.
 
     workers: threads that compute digests; one for each processor by default.
-    Raises BadInput when the folder is no session, FolderInUse while a writer is at work, OSError.
+    Raises BadInput when the folder is not a session, FolderInUse while a writer is at work, OSError.
     """
     if not (folder / bag.PAYLOAD).is_dir():
         raise BadInput(f"{folder} is not a session: it has no folder {bag.PAYLOAD}", "check the path")
@@ -99,7 +105,10 @@ def refuse_live_writer(folder: Path) -> None:
 
 
 def page_of(path: str) -> int:
-    """The page that a path of a session belongs to, from its folder's name; VOLUME for others."""
+    """Return the page that a path of a session belongs to.
+
+    From its folder's name; VOLUME for others.
+    """
     parts = path.split("/")
     match = FOLDER.fullmatch(parts[1]) if len(parts) > 1 and parts[0] == bag.PAYLOAD else None
     return int(match["page"]) if match else VOLUME
@@ -137,7 +146,7 @@ def _remedy(path: str, expected: Mapping[str, str], found: Mapping[str, str], re
 def _is_derivable(
     event: Event, expected: Mapping[str, str], found: Mapping[str, str], reconciled: ReconciledEvents
 ) -> bool:
-    """Whether everything that an event was made from is whole, or can be derived in its turn."""
+    """Return whether all inputs of an event are whole or derivable."""
     for one in event.inputs:
         source = reconciled.events.get(one.event)
         if source is None or source.sha512 != one.sha512:
@@ -150,7 +159,10 @@ def _is_derivable(
 
 
 def _broken_references(reconciled: ReconciledEvents) -> Iterator[Problem]:
-    """Events that refer to what is not there: inputs, scans, pointers, gaps in the numbers."""
+    """Yield events that refer to what is missing.
+
+    Inputs, scans, pointers, gaps in the numbers.
+    """
     for name in reconciled.disputed:
         yield Problem("contradiction", page_of(f"{bag.PAYLOAD}/{name}/"), f"{bag.PAYLOAD}/{name}/{RECORD}", "")
     if reconciled.events and not reconciled.is_complete:

@@ -1,4 +1,7 @@
-"""Atomic output: all files of a run are staged in a hidden folder, flushed and moved in one step, or none is."""
+"""Atomic output of all files of a run.
+
+They are staged in a hidden folder, flushed and moved in one step, or none is.
+"""
 
 from __future__ import annotations
 
@@ -25,13 +28,13 @@ def write_all(
     lock: FolderLock | None = None,
     superseded: Iterable[Path] = (),
 ) -> list[Path]:
-    """Write every file, or, whatever goes wrong on the way, none of them. Returns the paths, all in one folder.
+    """Write every file or, if anything fails, none of them.
 
     The files come one at a time, so that a generator keeps one of them in memory and no more.
-    lock        of the folder, where the run has one already, as `lock_output_folder` gives it.
-    superseded  files of an earlier run in the same folder that go in the same step.
-    Raises OverwriteError when a file is there and `force` is not set, FolderInUse when another run writes to the
-    folder, OSError when the disk refuses.
+    lock: of the folder, where the run has one already, as `lock_output_folder` gives it.
+    superseded: files of an earlier run in the same folder that go in the same step.
+    Returns the paths, all in one folder. Raises OverwriteError when a file exists and `force` is not set, FolderInUse
+    when another run writes to the folder, OSError when the disk refuses.
     """
     files = iter(files)
     first = next(files, None)
@@ -52,7 +55,7 @@ def _write_all(
         try:
             write_file(lock.new / path.name, data)
         except OSError as error:
-            error.filename = str(path)  # the staging folder is none of the operator's
+            error.filename = str(path)  # the staging folder is not the operator's concern
             raise
         paths.append(path)
     refuse_existing(paths, force=force)
@@ -64,9 +67,10 @@ def _write_all(
 
 @contextmanager
 def new_folder(lock: FolderLock, name: str, *, hint: str = CAPTURE_HINT) -> Iterator[Path]:
-    """Yields a staging folder that becomes `name` in the locked folder when the block ends without an error.
+    """Yield a staging folder that becomes `name` in the locked folder.
 
-    Raises OverwriteError with the hint when something of that name is there: it is never replaced.
+    When the block ends without an error. Raises OverwriteError with the hint when something of that name exists: it is
+    never replaced.
     """
     staged, path = lock.new / name, lock.folder / name
     lock.new.mkdir(exist_ok=True)
@@ -79,7 +83,10 @@ def new_folder(lock: FolderLock, name: str, *, hint: str = CAPTURE_HINT) -> Iter
 
 
 def refuse_existing(paths: Iterable[Path], *, force: bool) -> None:
-    """Raise OverwriteError for the first path that is there, with `force` only for a folder, which is no result."""
+    """Raise OverwriteError for the first path that exists.
+
+    With `force` only for a folder, which is not a result.
+    """
     for path in paths:
         if path.is_dir() and not path.is_symlink():
             raise OverwriteError(f"{path} is a folder, where a file is to be written", FOLDER_HINT)

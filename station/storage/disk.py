@@ -19,7 +19,10 @@ def write_file(path: Path, data: bytes) -> None:
 
 
 def copy_file(source: Path, target: Path) -> None:
-    """Write a copy of a file's content. Raises OSError that names the one of the two that the disk refuses."""
+    """Write a copy of a file's content.
+
+    Raises OSError that names the one of the two that the disk refuses.
+    """
     with add_path_to_errors(target), target.open("wb") as file:
         for chunk in _chunks(source):
             file.write(chunk)
@@ -39,7 +42,10 @@ def write_and_sync(file: BinaryIO, data: bytes) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Flush the names in a folder to the disk: a file is found again after a power cut only then."""
+    """Flush the names in a folder to the disk.
+
+    A file is found again after a power cut only then.
+    """
     with add_path_to_errors(folder):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
         try:
@@ -78,7 +84,10 @@ def add_path_to_errors(path: Path) -> Iterator[None]:
 
 @contextmanager
 def named_as(staged: Path, final: Path) -> Iterator[None]:
-    """Name the final place in OSErrors about what is staged for it: the staging folder is none of the operator's."""
+    """Name the final place in OSErrors about what is staged for it.
+
+    The staging folder is not the operator's concern.
+    """
     try:
         yield
     except OSError as error:

@@ -1,4 +1,7 @@
-"""Exclusive use of an output folder: a lock that ends with its process, and a hidden staging folder."""
+"""Exclusive use of an output folder.
+
+A lock that ends with its process, and a hidden staging folder.
+"""
 
 from __future__ import annotations
 
@@ -44,9 +47,10 @@ class FolderLock:
 
 @contextmanager
 def lock_folder(folder: Path) -> Iterator[FolderLock]:
-    """Lock an existing folder for this run, after rolling back an unfinished replacement of a dead run.
+    """Lock an existing folder for this run.
 
-    Raises FolderInUse when another run has locked it, OSError when the disk refuses.
+    After rolling back an unfinished replacement of a dead run. Raises FolderInUse when another run has locked it,
+    OSError when the disk refuses.
     """
     lock = FolderLock(folder)
     try:
@@ -66,9 +70,10 @@ def lock_folder(folder: Path) -> Iterator[FolderLock]:
 
 
 def recover(folder: Path) -> bool:
-    """Roll back the unfinished replacement of a dead run in a folder. Returns True when there was one.
+    """Roll back the unfinished replacement of a dead run in a folder.
 
-    Does nothing where nothing was left, or where a live run is at work. Raises OSError when the disk refuses.
+    Does nothing where nothing was left, or where a live run is at work. Returns True when something was rolled back.
+    Raises OSError when the disk refuses.
     """
     if not (folder / WORK).is_dir():
         return False
@@ -100,7 +105,10 @@ def _lock(lock: FolderLock) -> int:
 
 
 def _is_taken(lock: FolderLock, path: Path, descriptor: int) -> bool:
-    """Lock the open file; False when it is no longer the one at `path`. Raises FolderInUse."""
+    """Lock the open file.
+
+    Returns False when it is no longer the one at `path`. Raises FolderInUse.
+    """
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -120,7 +128,10 @@ def _is_taken(lock: FolderLock, path: Path, descriptor: int) -> bool:
 
 
 def _holder() -> str:
-    """This process, its user and its computer: a session on a shared disk is opened from several."""
+    """Return the name of this process, its user and its computer.
+
+    A session on a network disk is opened from several.
+    """
     try:
         user = pwd.getpwuid(os.getuid()).pw_name
     except KeyError:  # a user that this system has no name for
@@ -144,7 +155,10 @@ def _restore_order(lock: FolderLock) -> None:
 
 
 def _clean(lock: FolderLock) -> None:
-    """Remove the hidden folder, the lock last; while a journal stands, the next run still needs it."""
+    """Remove the hidden folder, the lock last.
+
+    While a journal exists, the next run still needs it.
+    """
     if (lock.work / JOURNAL).exists():
         with suppress(OSError):
             (lock.work / LOCK).unlink()

@@ -28,7 +28,10 @@ NO_LINKS = {errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK}
 
 @dataclass(frozen=True)
 class Journal:
-    """Names of files in the folder: those to put in place, those to remove, and those of both that existed before."""
+    """Names of files in the folder.
+
+    Those to put in place, those to remove, and those of both that existed before.
+    """
 
     put: list[str]
     removed: list[str]
@@ -36,9 +39,9 @@ class Journal:
 
 
 def replace_files(folder: Path, work: Path, put: Sequence[str], removed: Sequence[str]) -> None:
-    """Move the files `put`, staged and flushed in work/new, to `folder` and remove others from it: all or none.
+    """Move the files `put` to `folder` and remove others: all or none.
 
-    Raises OSError when the disk refuses, after rolling back.
+    They are staged and flushed in work/new. Raises OSError when the disk refuses, after rolling back.
     """
     names = [*put, *removed]
     before = [name for name in names if os.path.lexists(folder / name)]

@@ -1,4 +1,7 @@
-"""The folder of a session, known by its files. What lies in it is a record, which its own commands alone add to."""
+"""The folder of a session, known by its files.
+
+Its content is a record, which its own commands alone add to.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +18,9 @@ OUTSIDE = "what lies in a session is its record: choose a place outside it"
 
 
 def is_session(folder: Path) -> bool:
-    """Whether a folder is that of a session, also while it is copied or when its log is lost.
+    """Return whether a folder is that of a session.
 
-    False for one that may not be searched.
+    Also while it is copied or when its log is lost. False for one that may not be searched.
     """
     try:
         return (folder / BAGIT).is_file() and ((folder / LOG).is_file() or (folder / FIRST).is_dir())
@@ -26,9 +29,9 @@ def is_session(folder: Path) -> bool:
 
 
 def session_around(path: Path) -> Path | None:
-    """The folder of the session that a path is or lies in, also by a link; None where there is none.
+    """Return the folder of the session that a path is or is in, or None.
 
-    The path need not be there.
+    Also by a link. The path need not exist.
     """
     real = Path(os.path.realpath(path))
     return next((folder for folder in (real, *real.parents) if is_session(folder)), None)

@@ -1,4 +1,6 @@
-"""The verdict on a shot: measures of the scan and its page, and how they stand to the limits of a preset.
+"""The verdict on a capture.
+
+Measures of the scan and its page, compared with the limits of a preset.
 
 measures   numbers from the scan, the page and its coverage
 same_page  how alike the print of two pages is

@@ -1,4 +1,4 @@
-"""Green, amber or red: a measure beside the limits of a preset."""
+"""Green, amber or red: a measure compared with a preset's limits."""
 
 from __future__ import annotations
 
@@ -74,7 +74,10 @@ def questions(report: Mapping[str, Any]) -> list[Check]:
 def judge(
     measures: Mapping[str, Any], thresholds: Thresholds, others: Mapping[int, str] | Mapping[str, str]
 ) -> tuple[Level, tuple[Check, ...]]:
-    """The level of a page and the checks, the worst first. others: page → fingerprint of the other pages."""
+    """Return the level of a page and the checks, the worst first.
+
+    others: page → fingerprint of the other pages.
+    """
     likeness = {page: similarity(measures["fingerprint"], other) for page, other in others.items()}
     values = {**measures, "similarity": max(likeness.values(), default=None)}
     checks = []

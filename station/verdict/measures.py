@@ -1,4 +1,7 @@
-"""What a scan and its page are measured by: numbers, each with a unit, that a preset has limits for."""
+"""Measures of a scan and its page.
+
+Numbers, each with a unit, that a preset has limits for.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +18,12 @@ from restore.scan import Bytes, Mask
 from station.verdict.same_page import fingerprint
 
 MM_PER_INCH = 25.4
-STRONGEST = 0.02  # share of the page's pixels whose gradient is that of an edge: print covers five per cent and more
+STRONGEST = 0.02  # fraction of the page's pixels whose gradient is that of an edge: print covers five per cent and more
 REACH_PX = 4  # within which an edge of up to two pixels' spread has risen: two standard deviations
 # of the page's smaller side, at each border: there light that falls off in a gutter looks like an edge
 MARGIN = 1 / 12
 FLAT_LEVELS = 24.0  # grey levels that an edge must rise by: several times the sensor's noise
-PRE_SMOOTH_PX = 0.7  # before differences are taken, and taken out of the result: the sensor's noise is no edge
+PRE_SMOOTH_PX = 0.7  # before differences are taken, and removed from the result: the sensor's noise is not an edge
 DIFFERENCE_PX = 3**-0.5  # spread by a central difference, the mean slope over two pixels; taken out as well
 WHITE, BLACK = 255, 0
 MODES = {"fast": FAST, "fine": FINE}
@@ -29,7 +32,10 @@ Measures = dict[str, Any]
 
 
 def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
-    """The measures of a page and of the scan that it was restored from; None for one that the scan does not allow."""
+    """Return the measures of a page and of its scan.
+
+    None for one that the scan does not allow.
+    """
     inside = ~np.isin(page.coverage, (CoverageClass.OUTSIDE, CoverageClass.FACING, CoverageClass.ERASED))
     measured = page.coverage == CoverageClass.MEASURED
     texture, report = scan.texture, page.report
@@ -47,8 +53,9 @@ def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
 
 
 def left_out_fraction(report: Mapping[str, Any]) -> float:
-    """Return the size of the largest sheet that is not restored, as a fraction of the page's, 0 without one.
+    """Return the relative size of the largest sheet that is not restored.
 
+    As a fraction of the page's, 0 without one.
     report: of a run, with its findings.
     """
     left_out = ("largest_of_pieces", "large_sheet_left_out")
@@ -69,9 +76,10 @@ def widest_place(mask: Mask) -> float:
 
 
 def depth_window_fraction(scan: RangeScan) -> float | None:
-    """How far the surface reaches to an end of the depth window: 0 in its middle, 1 at its end, the window in 1/depth.
+    """Return how far the surface reaches to an end of the depth window.
 
-    None unless the scan says with which lens, mode and distance it was shot, at one distance.
+    0 in its centre, 1 at its end, the window in 1/depth. None unless the scan says with which lens, mode and distance
+    it was captured, at one distance.
     """
     facts = scan.provenance
     lens, mode, distance = (
@@ -88,7 +96,11 @@ def depth_window_fraction(scan: RangeScan) -> float | None:
 
 
 def seen_in(page_map: NDArray[np.float32], size: tuple[int, int]) -> Mask:
-    """(h, w) of the texture: the pixels that a page map (h', w', 2) shows, with those between them."""
+    """Return the texture pixels (h, w) that a page map shows.
+
+    With those between them.
+    page_map: (h', w', 2).
+    """
     x, y = (np.rint(axis[np.isfinite(axis)]).astype(np.int32) for axis in cv2.split(page_map))
     mask = np.zeros(size, np.uint8)
     mask.reshape(-1)[np.clip(y, 0, size[0] - 1) * size[1] + np.clip(x, 0, size[1] - 1)] = 1
@@ -96,10 +108,12 @@ def seen_in(page_map: NDArray[np.float32], size: tuple[int, int]) -> Mask:
 
 
 def blur_px(texture: Bytes, page: Mask) -> float | None:
-    """Standard deviation, in pixels, of the spread of the sharpest edges on the page; None without edges.
+    """Return the standard deviation of the sharpest edges' spread, pixels.
 
     An edge of height a that a Gaussian of width s has spread rises by a / (s √2π) at its steepest pixel. The median
-    over the steepest pixels of the page. texture: (h, w, 3). page: (h, w).
+    over the steepest pixels of the page; None without edges.
+    texture: (h, w, 3).
+    page: (h, w).
     """
     grey = cv2.GaussianBlur(cv2.cvtColor(texture, cv2.COLOR_RGB2GRAY).astype(np.float32), (0, 0), PRE_SMOOTH_PX)
     gradient = np.hypot(cv2.Scharr(grey, cv2.CV_32F, 1, 0), cv2.Scharr(grey, cv2.CV_32F, 0, 1)) / 32.0
@@ -117,7 +131,12 @@ def blur_px(texture: Bytes, page: Mask) -> float | None:
 
 
 def clipped_fraction(image: Bytes, measured: Mask) -> float:
-    """Share of the measured pixels (h, w) of a page (h, w, 3) in which a channel is full, or all are empty."""
+    """Return the fraction of the measured pixels that are clipped.
+
+    A channel is full, or all are empty.
+    image: (h, w, 3), of a page.
+    measured: (h, w).
+    """
     red, green, blue = cv2.split(image)
     brightest = cv2.max(cv2.max(red, green), blue)[measured]
     return float(((brightest == WHITE) | (brightest == BLACK)).mean()) if brightest.size else 0.0

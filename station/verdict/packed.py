@@ -1,4 +1,7 @@
-"""The bytes of a fingerprint, which is text in a record: unpacked to their size and no further."""
+"""The bytes of a fingerprint, which is text in a record.
+
+They are unpacked to their size and no further.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""How alike the print of two pages is: a page that was shot already is seen before the next one is shot."""
+"""Similarity of the print of two pages.
+
+A page that was captured twice is noticed before the next one.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,10 @@ KEPT = 256  # fingerprints that stay unpacked: each page is compared with those 
 
 
 def fingerprint(image: Bytes) -> str:
-    """The print of a page (h, w, 3) uint8, SIDE × SIDE, in base64; `similarity` compares two of them."""
+    """Return the print of a page (h, w, 3) uint8, as base64.
+
+    SIDE × SIDE; `similarity` compares two of them.
+    """
     grey = cv2.resize(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), (SIDE, SIDE), interpolation=cv2.INTER_AREA)
     details = grey.astype(np.float32)
     details -= cv2.GaussianBlur(details, (0, 0), SMOOTH)
@@ -33,9 +39,10 @@ def fingerprint(image: Bytes) -> str:
 
 
 def similarity(one: str, other: str) -> float:
-    """Median over the printed blocks of one page of their greatest correlation, −1 to 1, with the other near by.
+    """Return the similarity of two pages, −1 to 1.
 
-    0 for a blank page, which is like no other.
+    Median over the printed blocks of one page of their greatest correlation with the other near by. 0 for a blank page,
+    which is like no other.
     """
     correlations = list(_correlations(_unpacked(one), _unpacked(other)))
     return float(np.median(correlations)) if correlations else 0.0
@@ -53,7 +60,10 @@ def _correlations(first: Floats, second: Floats) -> Iterator[float]:
 
 @lru_cache(KEPT)
 def _unpacked(fingerprint: str) -> Floats:
-    """(SIDE, SIDE) float32. Means of rows and columns are taken out: lines and margins are alike on every page."""
+    """Return a fingerprint as (SIDE, SIDE) float32.
+
+    Means of rows and columns are removed: lines and margins are alike on every page.
+    """
     packed = np.frombuffer(unpack(fingerprint), np.uint8).reshape(SIDE, SIDE // 2)
     steps = np.stack([packed >> BITS, packed & (2**BITS - 1)], axis=2).reshape(SIDE, SIDE).astype(np.float32) - ZERO
     steps = cv2.GaussianBlur(steps, (0, 0), SHARP)

@@ -46,7 +46,9 @@ class Thresholds(BaseModel):
 
 
 def check_limits(name: str, limits: Limits | None) -> None:
-    """Raise ValueError where the order of a measure's limits says the opposite of the direction in which it is worse.
+    """Raise ValueError for limits in the wrong order.
+
+    The order says the opposite of the direction in which the measure is worse.
 
     >>> check_limits("blur_px", (2.0, 1.2))
     Traceback (most recent call last):

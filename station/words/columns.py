@@ -1,7 +1,7 @@
-"""Gutters between columns of text, and rules drawn in them for a reader that would read across.
+"""Gutters between columns of text, and rules drawn in them.
 
-Tesseract joins the lines of two columns on some pages and not on others that differ by their noise alone. A vertical
-rule it always takes for the end of a column.
+They are for a reader that would read across. Tesseract joins the lines of two columns on some pages and not on others
+that differ by their noise alone. It always sees a vertical rule as the end of a column.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 from restore.scan import Bytes
 
 X_HEIGHT = 4  # pixels of the small letters in the copy in which gutters are sought: words are still apart there
-INKED = 0.1  # share of a pixel of that copy that makes it ink
-LEAST_WIDTH = 1.5  # x-heights: between two words of a line is half one, between columns two and more
-LEAST_LENGTH = 0.5  # of the height of all text: shorter gaps are of chance, or beside a picture or a short last line
+INKED = 0.1  # fraction of a pixel of that copy that makes it ink
+MIN_WIDTH = 1.5  # x-heights: between two words of a line is half one, between columns two and more
+MIN_LENGTH = 0.5  # of the height of all text: shorter gaps are of chance, or next to a picture or a short last line
 BESIDE = 15.0  # x-heights on either side in which text must stand
-LEAST_LINES = 0.4  # of the rows of a gutter, on either side, have ink: lines of text have it on 0.6 to 0.9
+MIN_LINES = 0.4  # of the rows of a gutter, on either side, have ink: lines of text have it on 0.6 to 0.9
 RULE_INCHES = 0.01  # as wide as a printed rule
 
 
@@ -32,7 +32,11 @@ class Gutter:
 
 
 def find_gutters(ink: Bytes, x_height_px: float) -> list[Gutter]:
-    """The gutters between columns of text whose ink (h, w) is above 0, its small letters so many pixels high."""
+    """Find the gutters between columns of text.
+
+    ink: (h, w), above 0 on text.
+    x_height_px: height of its small letters.
+    """
     scale = X_HEIGHT / x_height_px
     area = cv2.resize((ink > 0).astype(np.float32), None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     small = area > INKED
@@ -41,8 +45,8 @@ def find_gutters(ink: Bytes, x_height_px: float) -> list[Gutter]:
         return []
     top, bottom = int(rows[0]), int(rows[-1]) + 1
     white = (~small[top:bottom]).view(np.uint8)
-    wide = np.ones((1, round(LEAST_WIDTH * X_HEIGHT)), np.uint8)
-    long = np.ones((max(round(LEAST_LENGTH * (bottom - top)), 1), 1), np.uint8)
+    wide = np.ones((1, round(MIN_WIDTH * X_HEIGHT)), np.uint8)
+    long = np.ones((max(round(MIN_LENGTH * (bottom - top)), 1), 1), np.uint8)
     # Beyond the border nothing counts as white: a strip that ends there would pass with half of its length.
     beyond = {"borderType": cv2.BORDER_CONSTANT, "borderValue": 0}
     strips = cv2.morphologyEx(cv2.morphologyEx(white, cv2.MORPH_OPEN, wide, **beyond), cv2.MORPH_OPEN, long, **beyond)
@@ -55,14 +59,20 @@ def find_gutters(ink: Bytes, x_height_px: float) -> list[Gutter]:
 
 
 def _between_columns(ink: np.ndarray, left: int, right: int) -> bool:
-    """Whether most rows of ink (h, w) have some on both sides of a strip from left to right."""
+    """Return whether a strip is between columns of text.
+
+    Most rows of ink (h, w) have some on both sides of it.
+    """
     reach = round(BESIDE * X_HEIGHT)
     sides = ink[:, max(left - reach, 0) : left], ink[:, right : right + reach]
-    return all(side.any(axis=1).mean() > LEAST_LINES for side in sides)
+    return all(side.any(axis=1).mean() > MIN_LINES for side in sides)
 
 
 def with_rules(image: Bytes, gutters: list[Gutter], dpi: float) -> Bytes:
-    """A copy of a page (h, w, 3) uint8 with a black rule down each gutter; dpi: its pixels to the inch."""
+    """Return a copy of a page with a black rule down each gutter.
+
+    image: (h, w, 3) uint8, with `dpi` pixels to the inch.
+    """
     ruled = image.copy()
     for gutter in gutters:
         x, top, bottom = (round(value) for value in (gutter.x, gutter.top, gutter.bottom))

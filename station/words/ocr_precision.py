@@ -1,9 +1,10 @@
-"""Precision of recognised text: words and characters against the transcript of the page.
+"""Precision of recognised text.
 
-The paper's Table 1 gives word and character precision without a definition. Here the recognised text is aligned with
-the transcript, in order, by the fewest insertions, deletions and substitutions (Levenshtein): each is an error.
-Precision is 1 minus errors over the length of the longer of the two, so that neither missing nor invented words can
-raise it. Case and punctuation count; white space is one space wherever it stands.
+Words and characters against the transcript of the page. The paper's Table 1 gives word and character precision without
+a definition. Here the recognised text is aligned with the transcript, in order, by the fewest insertions, deletions and
+substitutions (Levenshtein): each is an error. Precision is 1 minus errors over the length of the longer of the two, so
+that neither missing nor surplus words can raise it. Case and punctuation count; white space is one space wherever it
+stands.
 """
 
 from __future__ import annotations
@@ -17,14 +18,21 @@ from rapidfuzz.distance import Levenshtein
 
 @dataclass(frozen=True)
 class MatchCount:
-    """correct: words or characters without error; total: number in the transcript or the result, the larger of both."""
+    """Counts of matches.
+
+    correct: words or characters without error.
+    total: number in the transcript or the result, the larger of both.
+    """
 
     correct: int
     total: int
 
     @property
     def precision(self) -> float:
-        """Share of correct items, 0 to 1; 1 for a blank page with an empty result."""
+        """Return the fraction of correct items, 0 to 1.
+
+        1 for a blank page with an empty result.
+        """
         return self.correct / self.total if self.total else 1.0
 
     def __add__(self, other: MatchCount) -> MatchCount:

@@ -33,7 +33,10 @@ CLEARLY = 1.5  # times the confidence of any other direction: 96 of 100 against 
 
 
 class Upright(NamedTuple):
-    """How a page becomes upright: mirrored first, if it is a mirror image, then turned clockwise by right angles."""
+    """How a page becomes upright.
+
+    Mirrored first, if it is a mirror image, then rotated clockwise by right angles.
+    """
 
     degrees: int
     mirrored: bool = False
@@ -42,9 +45,10 @@ class Upright(NamedTuple):
 def turned(
     page: RestoredPage, turn: Rotation, which: Which = shutil.which, *, language: str = "eng"
 ) -> tuple[RestoredPage, tuple[Finding, ...]]:
-    """The page turned as asked for, AUTO by its words, which may show that it is a mirror image, too; and findings.
+    """Rotate the page as asked for, AUTO by its words.
 
-    Raises ProgramMissing for AUTO without Tesseract.
+    They may show that it is a mirror image, too. Returns also findings. Raises ProgramMissing for AUTO without
+    Tesseract.
     """
     if turn != Rotation.AUTO:
         return rotate_page(page, int(turn)), ()
@@ -69,7 +73,10 @@ def upright_turn(image: Bytes, dpi: float, *, which: Which = shutil.which, langu
 
 
 def _detected(tesseract: Path, image: Bytes, dpi: float) -> int | None:
-    """The turn that Tesseract's detection of orientation gives; None where its margin is small."""
+    """Return the rotation that Tesseract's detection of orientation gives.
+
+    None where its margin is small.
+    """
     try:
         answer = _run(tesseract, image, dpi, "--psm", "0")
     except StationError:  # too few characters, or no data for the detection
@@ -82,7 +89,10 @@ def _detected(tesseract: Path, image: Bytes, dpi: float) -> int | None:
 
 
 def _by_reading(tesseract: Path, image: Bytes, dpi: float, language: str) -> Upright | None:
-    """The direction in which a part of the page is read with far more confidence than in all others."""
+    """Return the direction that is read with far more confidence.
+
+    By reading a part of the page in all directions.
+    """
     part = densest_part(image, dpi)
     if part is None:
         return None
@@ -98,7 +108,10 @@ def _by_reading(tesseract: Path, image: Bytes, dpi: float, language: str) -> Upr
 
 
 def densest_part(image: Bytes, dpi: float) -> Bytes | None:
-    """The part of a page (h, w, 3), PART_INCHES wide and high, that has most letters; None without any."""
+    """Return the part of a page (h, w, 3) that has most letters, or None.
+
+    PART_INCHES wide and high.
+    """
     centres = letters_of(image, dpi).centres
     if len(centres) < MIN_LETTERS:
         return None
@@ -112,9 +125,10 @@ def densest_part(image: Bytes, dpi: float) -> Bytes | None:
 
 
 def _confidence(tesseract: Path, image: Bytes, dpi: float, language: str) -> float:
-    """Mean confidence, 0 to 100, in the letters of an image that is read as one block; 0 for few letters.
+    """Return the mean confidence in the letters of an image, 0 to 100.
 
-    Tesseract's own analysis of a page turns text that stands on its side, and would read that as well.
+    It is read as one block; 0 for few letters. Tesseract's own analysis of a page rotates text that stands on its side,
+    and would read that as well.
     """
     table = _run(tesseract, image, dpi, "--psm", "6", "-l", language, "tsv")
     rows = [row for line in table.splitlines()[1:] if len(row := line.split("\t")) == 12 and row[11].strip()]

@@ -1,4 +1,7 @@
-"""Recognised lines and words of an hOCR file, and their encoding as invisible text of a PDF."""
+"""Recognised lines and words of an hOCR file.
+
+With their encoding as invisible text of a PDF.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from xml.etree import ElementTree
 
 XHTML = "{http://www.w3.org/1999/xhtml}"
 GLYPH_WIDTH = 0.5  # em: of every glyph of Tesseract's invisible font
-LEAST_SIZE = 1.0  # pixels
+MIN_SIZE = 1.0  # pixels
 
 
 @dataclass(frozen=True)
@@ -23,7 +26,11 @@ class Word:
 
 @dataclass(frozen=True)
 class Line:
-    """Words from left to right; base, slope: the base line is y = base + slope·(x − left), y down; size: its height."""
+    """Words from left to right.
+
+    base, slope: the base line is y = base + slope·(x − left), y down.
+    size: its height.
+    """
 
     words: tuple[Word, ...]
     left: float
@@ -40,8 +47,10 @@ Paragraph = tuple[Line, ...]
 
 
 def paragraphs_of(hocr: bytes, scale: float) -> tuple[Paragraph, ...]:
-    """Paragraphs of an hOCR page (T. Breuel, "The hOCR Embedded OCR Workflow and Output Format", 1.2) whose picture
-    was enlarged by scale, in pixels of the page itself."""
+    """Return the paragraphs of an hOCR page, in pixels of the page itself.
+
+    T. Breuel, "The hOCR Embedded OCR Workflow and Output Format", 1.2. Its picture was enlarged by scale.
+    """
     root = ElementTree.fromstring(hocr)
     paragraphs = (tuple(_lines(par, scale)) for par in root.iter(f"{XHTML}p"))
     return tuple(lines for lines in paragraphs if lines)
@@ -55,7 +64,7 @@ def _lines(paragraph: ElementTree.Element, scale: float) -> Iterator[Line]:
             continue
         left, top, _, bottom = (value / scale for value in place["bbox"])
         slope, offset = place.get("baseline", (0.0, 0.0))
-        yield Line(words, left, bottom + offset / scale, slope, max(bottom - top, LEAST_SIZE))
+        yield Line(words, left, bottom + offset / scale, slope, max(bottom - top, MIN_SIZE))
 
 
 def _words(line: ElementTree.Element, scale: float) -> Iterator[Word]:
@@ -63,7 +72,7 @@ def _words(line: ElementTree.Element, scale: float) -> Iterator[Word]:
         text = "".join(element.itertext()).strip()
         if element.get("class") == "ocrx_word" and text:
             left, _, right, _ = (value / scale for value in _properties(element)["bbox"])
-            yield Word(text, left, max(right, left + LEAST_SIZE))
+            yield Word(text, left, max(right, left + MIN_SIZE))
 
 
 def _properties(element: ElementTree.Element) -> dict[str, tuple[float, ...]]:
@@ -77,9 +86,10 @@ def _properties(element: ElementTree.Element) -> dict[str, tuple[float, ...]]:
 
 
 def content_of(paragraphs: Sequence[Paragraph], height: float, font: str) -> bytes:
-    """Content stream of the words, invisible, in pixels of a page of some height; paragraph k has the mark k.
+    """Encode the words, invisible, as a content stream.
 
-    Every word ends where its print ends; one space fills the gap to the next word of the line.
+    In pixels of a page of some height; paragraph k has the mark k. Every word ends where its print ends; one space
+    fills the gap to the next word of the line.
     """
     operators = []
     for number, lines in enumerate(paragraphs):
@@ -101,7 +111,10 @@ def _runs(line: Line, height: float) -> Iterator[str]:
 
 
 def _run(text: str, left: float, right: float, y: float, size: float) -> str:
-    """One run of text from left to right, in the glyphs of a font whose codes are those of UTF-16."""
+    """Return one run of text from left to right.
+
+    In the glyphs of a font with codes of UTF-16.
+    """
     codes = text.encode("utf-16-be")
     stretch = 100 * (right - left) / (len(codes) / 2 * GLYPH_WIDTH * size)
     return f"{stretch:.3f} Tz 1 0 0 1 {left:.3f} {y:.3f} Tm <{codes.hex().upper()}> Tj"

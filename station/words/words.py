@@ -1,4 +1,7 @@
-"""Text recognition by Tesseract: text, ALTO, hOCR, and an invisible text layer for a PDF."""
+"""Text recognition by Tesseract.
+
+Text, ALTO, hOCR, and an invisible text layer for a PDF.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +33,7 @@ PACKAGE = "tesseract-ocr"  # of Debian and Ubuntu; Homebrew and Windows installe
 # read worse as they are. Finer ones show blur and noise of the camera as detail, and read worse as well, but small type
 # needs their pixels.
 READING_DPI = 300
-MOST_ENLARGED = 4.0  # a page of 75 dpi: beyond that there is nothing left to read
+MAX_ENLARGED = 4.0  # a page of 75 dpi: beyond that there is nothing left to read
 READING_X_HEIGHT_PX = 10.0  # that of type of 5 points at READING_DPI
 LETTER_INCHES = (0.012, 0.25)  # heights of the x in type of 2 points, and of capitals of 25
 # A camera's blur takes contrast from fine strokes and gaps first, and Tesseract then joins letters. On pages that it
@@ -39,7 +42,7 @@ SHARPENED_PX, SHARPENING = 2.0, 1.0  # standard deviation of what is subtracted,
 CONFIDENT = 93.0  # mean of Tesseract's confidence in words: of sharp print 95 and more, of blurred print less than 90
 DOUBTFUL = 60.0  # mean confidence below which words are not to be relied on: print upside down is read with 25 to 45
 SLENDER = 3.0  # times higher than wide, or wider than high: less is a letter, more a rule
-LEAST_LETTERS = 30  # to tell the type by
+MIN_LETTERS = 30  # to determine the type
 ALTO = "http://www.loc.gov/standards/alto/ns-v4#"
 SCHEMA = "http://www.loc.gov/standards/alto/v4/alto-4-4.xsd"
 SCHEMA_PLACE = "{http://www.w3.org/2001/XMLSchema-instance}schemaLocation"
@@ -136,14 +139,20 @@ def recognise(image: Bytes, dpi: float, *, name: str, language: str = "eng", whi
 
 
 def findings_of_words(words: Words) -> tuple[Finding, ...]:
-    """What is to be reported of words that are not to be relied on; a page without words has none."""
+    """Return the findings about words that are not reliable.
+
+    A page without words has none.
+    """
     if not words.text.strip() or words.confidence >= DOUBTFUL:
         return ()
     return (Finding.of("words_doubtful", confidence=words.confidence, least=DOUBTFUL),)
 
 
 def check_language(tesseract: Path, language: str) -> list[str]:
-    """The languages that Tesseract has data for. Raises UsageError when one of those asked for is not among them."""
+    """Return the languages that Tesseract has data for.
+
+    Raises UsageError when a requested one is not among them.
+    """
     known = run_tesseract(tesseract, "--list-langs").splitlines()[1:]
     for one in language.split("+"):
         if one not in known:
@@ -155,12 +164,13 @@ def check_language(tesseract: Path, language: str) -> list[str]:
 
 
 def sized_for_reading(image: Bytes, dpi: float) -> tuple[Bytes, float]:
-    """The page (h, w, 3) uint8 at the size at which it is read, and how many times that is its own.
+    """Return the page at the size at which it is read, and the factor.
 
     A page coarser than READING_DPI is enlarged to that; a finer one is shrunk to it, but no further than to where its
-    small type has the height that is read surely.
+    small type has the height that is read reliably.
+    image: (h, w, 3) uint8.
     """
-    scale = min(READING_DPI / dpi, MOST_ENLARGED)
+    scale = min(READING_DPI / dpi, MAX_ENLARGED)
     if scale < 1.0:
         height = x_height_px(image, dpi)
         scale = min(max(scale, READING_X_HEIGHT_PX / height), 1.0) if height else 1.0
@@ -172,7 +182,11 @@ def sized_for_reading(image: Bytes, dpi: float) -> tuple[Bytes, float]:
 
 
 def _read(tesseract: Path, image: Bytes, dpi: float, data: str) -> tuple[list[bytes], bytes]:
-    """Text, ALTO and hOCR of a page (h, w, 3) uint8 as Tesseract writes them by some data, and its PDF."""
+    """Return text, ALTO and hOCR of a page, and its PDF.
+
+    As Tesseract writes them by some data.
+    image: (h, w, 3) uint8.
+    """
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder, "page.png"), Path(folder, "page")
         source.write_bytes(encode_png(with_rules(image, _gutters(image, dpi), dpi)))
@@ -183,36 +197,50 @@ def _read(tesseract: Path, image: Bytes, dpi: float, data: str) -> tuple[list[by
 
 
 def mean_confidence(hocr: bytes) -> float:
-    """Tesseract's mean confidence in the words of a page, 0 to 100; 0 for a page without words."""
+    """Return Tesseract's mean confidence in the words of a page, 0 to 100.
+
+    0 for a page without words.
+    """
     found = [float(value) for value in re.findall(rb"x_wconf (\d+)", hocr)]
     return float(np.mean(found)) if found else 0.0
 
 
 def sharpened(image: Bytes) -> Bytes:
-    """A page (h, w, 3) uint8 with the strokes of its letters raised in contrast (unsharp mask)."""
+    """Raise the contrast of the strokes of letters (unsharp mask).
+
+    The page is (h, w, 3) uint8.
+    """
     blurred = cv2.GaussianBlur(image, (0, 0), SHARPENED_PX)
     return np.asarray(cv2.addWeighted(image, 1.0 + SHARPENING, blurred, -SHARPENING, 0.0))
 
 
 def x_height_px(image: Bytes, dpi: float) -> float | None:
-    """The height in pixels of the small letters of a page (h, w, 3) uint8, in its smaller type; None without letters.
+    """Return the height of a page's small letters in pixels, or None.
 
-    Most letters have the height of an x; the lower quartile of the heights of what may be letters is that of the type
-    that most small words are set in.
+    In its smaller type. Most letters have the height of an x; the lower quartile of the heights of what may be letters
+    is that of the type that most small words are set in.
+    image: (h, w, 3) uint8.
     """
     heights = letters_of(image, dpi).heights
-    return float(np.quantile(heights, 0.25)) if len(heights) >= LEAST_LETTERS else None
+    return float(np.quantile(heights, 0.25)) if len(heights) >= MIN_LETTERS else None
 
 
 class Letters(NamedTuple):
-    """What may be the letters of a page: heights (k,) and centres (k, 2), x and y, in pixels."""
+    """Candidates of the letters of a page.
+
+    heights: (k,) pixels.
+    centres: (k, 2), x and y, in pixels.
+    """
 
     heights: Floats
     centres: Floats
 
 
 def letters_of(image: Bytes, dpi: float) -> Letters:
-    """The patches of ink of a page (h, w, 3) uint8 that have the size and shape of letters."""
+    """Return the patches of ink with the size and shape of letters.
+
+    image: (h, w, 3) uint8.
+    """
     _, _, stats, centres = cv2.connectedComponentsWithStats(_ink(image), connectivity=8)
     width, height = stats[1:, cv2.CC_STAT_WIDTH], stats[1:, cv2.CC_STAT_HEIGHT]
     least, most = (share * dpi for share in LETTER_INCHES)
@@ -221,19 +249,28 @@ def letters_of(image: Bytes, dpi: float) -> Letters:
 
 
 def _ink(image: Bytes) -> Bytes:
-    """(h, w) 1 where a page (h, w, 3) uint8 is dark, 0 elsewhere (Otsu's threshold)."""
+    """Return 1 where a page (h, w, 3) uint8 is dark, 0 elsewhere, (h, w).
+
+    Otsu's threshold.
+    """
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     return np.asarray(cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY_INV + cv2.THRESH_OTSU)[1])
 
 
 def _gutters(image: Bytes, dpi: float) -> list[Gutter]:
-    """The gutters between columns of a page (h, w, 3) uint8; none where the size of its type is not known."""
+    """Return the gutters between columns of a page (h, w, 3) uint8.
+
+    Empty where the size of its type is not known.
+    """
     height = x_height_px(image, dpi)
     return find_gutters(_ink(image), height) if height else []
 
 
 def run_tesseract(tesseract: Path, *arguments: Any) -> str:
-    """What Tesseract prints when it is run with the arguments. Raises StationError when it fails."""
+    """Run Tesseract with the arguments and return what it prints.
+
+    Raises StationError when it fails.
+    """
     command, one_thread = [tesseract, *arguments], {**os.environ, "OMP_THREAD_LIMIT": THREADS}
     try:
         done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=True, env=one_thread)

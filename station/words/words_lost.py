@@ -7,9 +7,9 @@ from station.words.words import Words, recognise
 
 
 def words_lost(page: RestoredPage, words: Words, *, language: str) -> tuple[Finding, ...]:
-    """Find whether a page whose light was removed reads worse than with its light.
+    """Return the finding of a page that reads worse without its light.
 
-    words: those of the page without its light. By the mean confidence so many words are expected to be right.
+    words: those of the page without its light.
     """
     if not page.report["light"].get("removed", False):
         return ()

@@ -1,4 +1,7 @@
-"""Work in a process of its own, so that the scanner never waits for it, and a crash costs one page."""
+"""Work in a separate process.
+
+The scanner never waits for it, and a crash costs one page.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +63,10 @@ class _Pool(Generic[Arguments, Result]):
         return self._executor
 
     def kill(self) -> None:
-        """End the process in the middle of its work: the scan is stored, and restored when the session is taken up."""
+        """End the process in the middle of its work.
+
+        The scan is stored, and restored when the session is continued.
+        """
         for child in active_children():
             child.kill()
 

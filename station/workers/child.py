@@ -26,10 +26,11 @@ INTERRUPTED = 128 + signal.SIGTERM
 
 
 def main(connection: int, lifeline: int, memory_mib: int, scratch: Path) -> int:
-    """Answer calls until there are none for a while or the caller has gone. Returns the exit code.
+    """Answer calls until none come for a while or the caller has gone.
 
     memory_mib: limit of the data segment, 0 for none; a page that needs more fails with MemoryError.
     scratch: its own folder for temporary files, which goes with it.
+    Returns the exit code.
     """
     if memory_mib:
         resource.setrlimit(resource.RLIMIT_DATA, (memory_mib * 2**20, memory_mib * 2**20))
@@ -47,10 +48,10 @@ def main(connection: int, lifeline: int, memory_mib: int, scratch: Path) -> int:
 
 
 def _answer_calls(connection: int, lifeline: int) -> int:
-    """Answer calls until there are none for a while or the caller has gone. Returns the exit code.
+    """Answer calls until none come for a while or the caller has gone.
 
     The lifeline is waited for here as well: a signal that arrives just before the system begins to wait does not end
-    the wait.
+    the wait. Returns the exit code.
     """
     with Connection(connection) as caller, suppress(EOFError, ConnectionError):
         while ready := wait([caller, lifeline], IDLE_S):
@@ -61,9 +62,9 @@ def _answer_calls(connection: int, lifeline: int) -> int:
 
 
 def answer(call: tuple[Any, tuple[Any, ...]]) -> tuple[str, Any]:
-    """The value of a function called with arguments, or the fault that it raised: `value`, `memory` or `fault`.
+    """Return the value of a function called with arguments, or its fault.
 
-    A full memory is distinguished: it is the process that has too little.
+    As `value`, `memory` or `fault`. A full memory is distinguished: it is the process that has too little.
     """
     function, arguments = call
     try:
@@ -80,7 +81,10 @@ def _stop(number: int, _frame: FrameType | None) -> None:
 
 
 def _end_with_caller(lifeline: int) -> None:
-    """Wait until the caller has gone; then interrupt the work, and end the process when it does not let go."""
+    """Wait until the caller has gone; then interrupt the work.
+
+    The process is ended when the work does not let go.
+    """
     with suppress(OSError):
         os.read(lifeline, 1)
     os.kill(os.getpid(), signal.SIGTERM)

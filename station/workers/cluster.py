@@ -1,4 +1,7 @@
-"""The workers of a Dask cluster: which of them can restore a page, and what each has of memory for it."""
+"""The workers of a Dask cluster.
+
+Which of them can restore a page, and what each has of memory for it.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from drivers import ScannerError
 from station.errors import StationError
 from station.workers.process import Isolation, Limits, MemoryFull, Result, Work
 
-LEAST_MIB = 512  # in less a process cannot even load its libraries
+MIN_MIB = 512  # in less a process cannot even load its libraries
 REFRESH_S = 10.0
 WAIT_S = 1.0  # between two looks while no worker can be used
 SAY_S = 30.0  # without one that can be used, until the reasons are said
@@ -30,7 +33,10 @@ class ClusterGone(StationError):
 
 
 class ShortOfMemory(Exception):
-    """Raised on a worker of a cluster whose memory is too small for a page. mib: what the page had there."""
+    """The memory of a worker of a cluster is too small for a page.
+
+    mib: what the page had there.
+    """
 
     def __init__(self, mib: int) -> None:
         super().__init__(mib)
@@ -39,7 +45,10 @@ class ShortOfMemory(Exception):
 
 @dataclass(frozen=True)
 class Place:
-    """A worker: its threads, the memory of each in MiB (0: no limit), and why it cannot be used, empty when it can."""
+    """Worker of a cluster.
+
+    Its threads, the memory of each in MiB (0: no limit), and why it cannot be used, empty when it can.
+    """
 
     threads: int
     mib: int
@@ -64,7 +73,10 @@ class Cluster:
         self._asked, self._without_since, self._is_said = -REFRESH_S, time.monotonic(), False
 
     def submit(self, work: Work[Any], task: Any, above_mib: int = 0) -> Future[Any]:
-        """Hand out a task to the workers that can restore it, with more memory than was too little before."""
+        """Hand out a task to the workers that can restore it.
+
+        They have more memory than was too little before.
+        """
         larger = [address for address, place in self._places.items() if place.has_more_than(above_mib)]
         usable = larger or [address for address, place in self._places.items() if not place.problem]
         keywords: dict[str, Any] = {"limits": self._limits, "is_last": not larger or self._is_largest(larger)}
@@ -90,7 +102,10 @@ class Cluster:
         return self._threads()
 
     def stranded(self, futures: Iterable[Future[Any]]) -> list[Future[Any]]:
-        """Those that were given to workers which have all gone: a worker that is started again has another address."""
+        """Return the futures of workers which have all gone.
+
+        A worker that is started again has another address.
+        """
         self._look()
         here = {address for address, place in self._places.items() if not place.problem}
         return [one for one in futures if (given := self._given.get(one)) is not None and not given & here]
@@ -99,7 +114,10 @@ class Cluster:
         return sum(place.threads for place in self._places.values() if not place.problem)
 
     def _is_largest(self, addresses: Iterable[str]) -> bool:
-        """Whether none of the workers has more memory than another, so that a page needs not be tried elsewhere."""
+        """Return whether none of the workers has more memory than another.
+
+        A page then needs not be tried elsewhere.
+        """
         return len({self._places[address].mib for address in addresses}) == 1
 
     def _look(self) -> None:
@@ -124,8 +142,8 @@ class Cluster:
         problem = ""
         if spec is None or isinstance(spec, BaseException):
             problem = "planish is not installed there"
-        elif 0 < mib < LEAST_MIB:
-            problem = f"it has {mib} MiB for each of its threads, and a page needs {LEAST_MIB}"
+        elif 0 < mib < MIN_MIB:
+            problem = f"it has {mib} MiB for each of its threads, and a page needs {MIN_MIB}"
         return Place(threads, mib, problem)
 
     def _tell(self) -> None:
@@ -140,10 +158,12 @@ class Cluster:
 
 
 def run_on_worker(work: Work[Result], task: Any, limits: Limits, is_last: bool) -> Result:
-    """The value of work(task, causes) on a worker of a cluster, in a process of its own there.
+    """Return the value of work(task, causes) on a worker of a cluster.
 
-    Without a limit of memory each of the worker's threads has an equal share of the memory that the worker was given.
-    is_last: whether no other worker has more memory. Raises ShortOfMemory otherwise.
+    In a separate process there. Without a limit of memory each of the worker's threads has an equal part of the memory
+    that the worker was given.
+    is_last: whether no other worker has more memory.
+    Raises ShortOfMemory otherwise.
     """
     import distributed
 

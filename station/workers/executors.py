@@ -1,4 +1,7 @@
-"""Where pages are restored: this computer or a Dask cluster, each page in a process of its own either way."""
+"""Where pages are restored: this computer or a Dask cluster.
+
+Each page is in a separate process either way.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,10 @@ class Workers:
 
 @contextmanager
 def local_workers(count: int, limits: Limits) -> Iterator[Workers]:
-    """Processes of this computer; when the block ends, however that may be, they have ended."""
+    """Yield processes of this computer.
+
+    When the block ends, however that may be, they have ended.
+    """
     isolation = Isolation(limits)
     executor = ThreadPoolExecutor(count, thread_name_prefix="planish-batch")
 

@@ -1,7 +1,8 @@
-"""Processes of their own for pages: a crash of a native library, a full memory or an endless loop costs one page.
+"""Separate processes for pages.
 
-A page's process stays for the next page. Each thread that hands out work has one, so that a process that ends names
-the page which ended it; a pool of processes could only name all that were under way.
+A crash of a native library, a full memory or an endless loop costs one page. A page's process stays for the next page.
+Each thread that hands out work has one, so that a process that ends names the page which ended it; a pool of processes
+could only name all that were under way.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ THREADS = (
     *("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"),
     *("OPENCV_FOR_THREADS_NUM", "PLANISH_THREADS"),
 )
-GRACE_S = 10.0  # for the work of a process that is told to end
+GRACE_S = 10.0  # for the work of a process that has to end
 MAX_ATTEMPTS = 2  # that may be cut off: by an operator, by a power cut; after that it is the scan that ends the program
 
 Result = TypeVar("Result")
@@ -39,8 +40,10 @@ Work = Callable[[Any, tuple[str, ...]], Result]
 class Limits:
     """Limits of a process.
 
-    memory_mib  0: none; None: on a cluster a share of what the worker was given, none elsewhere.
-    call_s      seconds for a call. calls: until the process is replaced. threads: of its kernels.
+    memory_mib: 0: none; None: on a cluster a part of what the worker was given, none elsewhere.
+    call_s: seconds for a call.
+    calls: until the process is replaced.
+    threads: of its kernels.
     """
 
     memory_mib: int | None = None
@@ -54,7 +57,7 @@ class ProcessEnded(Exception):
 
 
 class Interrupted(Exception):
-    """Raised when the process of a page was told to end."""
+    """The process of a page received a request to end."""
 
 
 class WorkFault(StationError):
@@ -79,7 +82,10 @@ class MemoryFull(WorkFault):
 
 
 class PageProcess:
-    """A process that is called like a function; it is started by the first call, and again when it has ended."""
+    """Process that is called like a function.
+
+    It is started by the first call, and again when it has ended.
+    """
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
@@ -117,7 +123,10 @@ class PageProcess:
         return result
 
     def interrupt(self) -> None:
-        """Tell the process to abandon its work and to end; the call that is under way raises ProcessEnded."""
+        """Make the process abandon its work and end.
+
+        The call that is under way raises ProcessEnded.
+        """
         self._interrupted = True
         if (process := self._process) is not None:
             process.terminate()
@@ -126,7 +135,7 @@ class PageProcess:
             process.kill()
 
     def close(self) -> None:
-        """Tell the idle process to end, and wait until it has."""
+        """Make the idle process end, and wait until it has."""
         process, self._process = self._process, None
         if process is None:
             return
@@ -191,8 +200,9 @@ class Isolation:
     _closed: bool = False
 
     def run(self, work: Work[Result], task: Any, *, is_last: bool = True) -> Result:
-        """The value of work(task, causes): it is called again when the process ends, with how that came about.
+        """Return the value of work(task, causes).
 
+        It is called again when the process ends, with how that came about.
         is_last: False where another computer may have more memory.
         Raises WorkFault, MemoryFull where it is not the last, Interrupted after `interrupt`, ProcessEnded when the
         process ends however often it is called.
@@ -214,7 +224,10 @@ class Isolation:
                     raise
 
     def interrupt(self) -> None:
-        """End all processes; calls that are under way raise Interrupted, as does every later one."""
+        """End all processes.
+
+        Calls that are under way raise Interrupted, as does every later one.
+        """
         with self._lock:
             self._closed = True
         for process in self._processes.values():

@@ -20,7 +20,7 @@ from restore.scan import Bytes, Floats, Mask, RangeScan, SurfaceMesh
 FOCAL_PX = 1942.8  # MIDDLE lens of the VIVID 910, from the fields of view in its hardware manual p. 26
 BASELINE_MM = 250.0  # the same manual's dimension drawing, p. 58
 DISTANCE_MM = 921.5  # 0.9 m before the front of the lens
-LEAST_NOISE = 1e-9  # 1/mm: far below any slope here, so that every crease counts
+MIN_NOISE = 1e-9  # 1/mm: far below any slope here, so that every crease counts
 NOISE_LINES = 0.02  # the manual's precision of Z (p. 60) in lines of the sensor, the same for all three lenses
 
 
@@ -124,7 +124,7 @@ class Camera:
         rows, cols = self.indices
         inside = np.ones(self.shape, bool) if inside is None else inside
         still, pixels = np.zeros((*inside.shape, 2)), np.dstack([cols, rows])
-        return Sheet(self.rays, inside, inside, planes, still, LEAST_NOISE, pixels, self.shot(planes[..., 0]))
+        return Sheet(self.rays, inside, inside, planes, still, MIN_NOISE, pixels, self.shot(planes[..., 0]))
 
 
 @pytest.fixture(scope="session")

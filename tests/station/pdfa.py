@@ -22,7 +22,7 @@ TEXT = {"BT", "ET", "Tf", "Tr", "Tz", "Tm", "Td", "TD", "T*", "Tj", "TJ", "Tc", 
 MARKS = {"BMC", "BDC", "EMC"}
 OPERATORS = STATE | SHOWN | TEXT | MARKS  # no others have anything to do on such a page
 ACTIONS = ("OpenAction", "AA", "Names", "AcroForm", "Requirements", "Perms", "OCProperties")
-DEEPEST, LEAST_UNITS, MOST_UNITS = 28, 3, 14_400  # 6.1.13
+DEEPEST, MIN_UNITS, MAX_UNITS = 28, 3, 14_400  # 6.1.13
 DEVICES, SPACES = {b"mntr", b"prtr"}, {b"RGB ": 3, b"GRAY": 1, b"CMYK": 4}
 WIDTH_UNITS = 1.0  # 6.2.11.5: thousandths of an em
 XMP = {  # 6.6.2.3: properties of schemas that need no description of their own
@@ -66,7 +66,7 @@ def _streams(_: bytes, pdf: pikepdf.Pdf) -> Iterator[str]:
 def _limits(_: bytes, pdf: pikepdf.Pdf) -> Iterator[str]:
     for page in pdf.pages:
         sides = [float(page.MediaBox[2] - page.MediaBox[0]), float(page.MediaBox[3] - page.MediaBox[1])]
-        if not all(LEAST_UNITS <= side <= MOST_UNITS for side in sides):
+        if not all(MIN_UNITS <= side <= MAX_UNITS for side in sides):
             yield f"a page of {sides} units"
         depth = 0
         for instruction in pikepdf.parse_content_stream(page):

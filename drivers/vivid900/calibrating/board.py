@@ -1,4 +1,4 @@
-"""The calibration board: fiducial markers (ArUco DICT_4X4_250) at known positions on a plane."""
+"""Calibration board: ArUco markers (DICT_4X4_250) at known positions."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ MAX_MARKERS = 250  # of the dictionary
 
 @dataclass(frozen=True)
 class Board:
-    """Markers numbered row by row from the upper left. The default board fills the view of MIDDLE at 0.9 m.
+    """Markers numbered row by row from the upper left.
 
+    The default board fills the view of MIDDLE at 0.9 m.
     marker_mm  side of a marker.
     pitch_mm   from one marker to the next.
     """
@@ -32,12 +33,18 @@ class Board:
     pitch_mm: float = 21.505
 
     def centre(self, marker: int) -> Floats:
-        """(2,) mm centre of a marker, x right and y up from the centre of the first."""
+        """Return the centre of a marker.
+
+        Returns (2,) mm, x right and y up from the centre of the first.
+        """
         row, col = divmod(marker, self.columns)
         return np.array([col, -row]) * self.pitch_mm
 
     def picture(self, dpi: float) -> Bytes:
-        """(h, w) uint8 for printing true to scale, with a margin as wide as the gap between markers."""
+        """Draw the board for printing true to scale.
+
+        The margin is as wide as the gap between markers. Returns (h, w) uint8.
+        """
         per_mm, gap = dpi / MM_PER_INCH, self.pitch_mm - self.marker_mm
         side = round(self.marker_mm * per_mm)
         height, width = (round((n * self.pitch_mm + gap) * per_mm) for n in (self.rows, self.columns))
@@ -63,7 +70,10 @@ class DetectedBoard:
     corners: Floats
 
     def area(self, texture_xy: Floats) -> Mask:
-        """(…) bool, True where texture pixels (…, 2) lie inside the outline of the markers."""
+        """Return which texture pixels lie inside the outline of the markers.
+
+        texture_xy: (…, 2) pixels. Returns (…) bool.
+        """
         outline = cv2.convexHull(self.corners.reshape(-1, 2).astype(np.float32)).reshape(
             -1, 2
         )  # clockwise as it is seen
@@ -75,7 +85,10 @@ class DetectedBoard:
 
 
 def detect_board(texture: Bytes, board: Board) -> DetectedBoard | None:
-    """Detect the board's markers in a colour image (h, w, 3) uint8; None when fewer than two are found."""
+    """Detect the board's markers in a colour image.
+
+    texture: (h, w, 3) uint8. Returns None when fewer than two markers are found.
+    """
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     parameters.relativeCornerRefinmentWinSize = CORNER_WINDOW
@@ -92,7 +105,10 @@ def detect_board(texture: Bytes, board: Board) -> DetectedBoard | None:
 
 
 def _middles(corners: Floats) -> Floats:
-    """(n, 2) where the diagonals of quadrilaterals (n, 4, 2) cross."""
+    """Return where the diagonals of quadrilaterals cross.
+
+    corners: (n, 4, 2). Returns (n, 2).
+    """
     a, b, c, d = corners.transpose(1, 0, 2)
     along = _cross(b - a, d - b) / _cross(c - a, d - b)
     return np.asarray(a + along[:, None] * (c - a))

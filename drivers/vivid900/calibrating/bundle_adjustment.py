@@ -1,4 +1,4 @@
-"""Bundle adjustment of a body and the poses of its calibration plates: residuals, Jacobian, and the solver.
+"""Bundle adjustment of a body and the poses of its calibration plates.
 
 The unknowns are the body's, in the order of PRIOR, then a pose for each shot: 6 of a board, 3 of a bare plate.
 """
@@ -79,19 +79,22 @@ class Bundle:
         return calibration_of_unknowns(unknowns[: len(PRIOR)], self.start)
 
     def initial_guess(self) -> Floats:
-        """(m,) unknowns of the start: its calibration, then the pose of the board in each shot."""
+        """Return the start: its calibration, then the pose of the board per shot.
+
+        Returns (m,) unknowns.
+        """
         return np.concatenate(
             [unknowns_of_calibration(self.start), *(_initial_pose(shot, self.start) for shot in self.shots)]
         )
 
     def residuals(self, unknowns: Floats) -> Floats:
-        """(n,) at unknowns (m,)."""
+        """Compute the residuals (n,) at unknowns (m,)."""
         body = self.body(unknowns)
         rest = [_residuals(body, pose, shot) for pose, shot in zip(self._poses(unknowns), self.shots, strict=True)]
         return np.concatenate([*rest, self._prior(unknowns)])
 
     def jacobian(self, unknowns: Floats) -> Floats:
-        """(n, m); no shot depends on the pose of another."""
+        """Compute the Jacobian (n, m); no shot depends on another's pose."""
         base, count = self.residuals(unknowns), len(PRIOR)
         jacobian = np.zeros((len(base), len(unknowns)))
         for k, spread in enumerate(PRIOR.values()):
@@ -110,7 +113,10 @@ class Bundle:
         return jacobian
 
     def line_and_reprojection_errors(self, unknowns: Floats) -> tuple[Floats, Floats]:
-        """Residuals of the samples (n,) in CCD lines, and reprojection errors of the markers (2m,) in pixels."""
+        """Compute line errors of the samples and reprojection errors.
+
+        Returns (n,) in CCD lines, and (2m,) of the markers in pixels.
+        """
         body, poses = self.body(unknowns), self._poses(unknowns)
         pairs = list(zip(poses, self.shots, strict=True))
         lines = np.concatenate([_line_errors(body, pose, shot) for pose, shot in pairs])
@@ -125,7 +131,7 @@ class Bundle:
 
 
 def unknowns_of_calibration(body: Calibration) -> Floats:
-    """(13,) the values of a calibration in the order of PRIOR."""
+    """Return the values of a calibration in the order of PRIOR, (13,)."""
     return np.array(
         [body.baseline_mm, body.focal_px, *body.centre_px, body.pupil_mm]
         + [*body.distortion, *body.plane, body.tilt, body.bow]
@@ -133,7 +139,10 @@ def unknowns_of_calibration(body: Calibration) -> Floats:
 
 
 def calibration_of_unknowns(unknowns: Floats, like: Calibration) -> Calibration:
-    """The calibration with the values (13,) in the order of PRIOR, the rest as in another one."""
+    """Return a calibration with these values and the rest of another one.
+
+    unknowns: (13,) in the order of PRIOR.
+    """
     baseline, focal, x, y, pupil, k1, k2, p0, p1, p2, p3, tilt, bow = map(float, unknowns)
     return replace(
         like,
@@ -149,7 +158,7 @@ def calibration_of_unknowns(unknowns: Floats, like: Calibration) -> Calibration:
 
 
 def _initial_pose(shot: PlateShot, body: Calibration) -> Floats:
-    """Initial pose: of a board by PnP from its markers, of a bare plate by a plane fit to its samples."""
+    """Return the initial pose of a board (PnP) or a bare plate (plane fit)."""
     if not len(shot.pixels):
         sight = lines_of_sight_through(body, shot.texture_xy)
         points = points_along(sight, shot.pitch, body, shot.mode, shot.distance_mm)
@@ -165,7 +174,10 @@ def _initial_pose(shot: PlateShot, body: Calibration) -> Floats:
 
 
 def _plane(pose: Floats) -> Floats:
-    """(a, b, c) of the plane on which 1/depth = a·u + b·v + c, per mm, in tangents (u, v) of sight."""
+    """Return the plane of a pose in 1/depth = a·u + b·v + c, per mm.
+
+    u and v are tangents of sight. Returns (a, b, c).
+    """
     if len(pose) == 3:
         return pose / PER_METRE
     normal = Rotation.from_rotvec(pose[:3]).as_matrix()[:, 2]
@@ -180,7 +192,7 @@ def _residuals(body: Calibration, pose: Floats, shot: PlateShot) -> Floats:
 
 
 def _line_errors(body: Calibration, pose: Floats, shot: PlateShot) -> Floats:
-    """(n,) measured minus predicted position of the stripe, CCD lines."""
+    """Compute measured minus predicted stripe positions (n,), CCD lines."""
     sight = lines_of_sight_through(body, shot.texture_xy)
     a, b, c = _plane(pose)
     disparity = body.baseline_mm * (sight.tangents @ [a, b] + c)
@@ -189,7 +201,7 @@ def _line_errors(body: Calibration, pose: Floats, shot: PlateShot) -> Floats:
 
 
 def _reprojection_errors(body: Calibration, pose: Floats, shot: PlateShot) -> Floats:
-    """(2m,) reprojection errors of the markers, pixels."""
+    """Compute the reprojection errors (2m,) of the markers, pixels."""
     if not len(shot.pixels):
         return np.empty(0)
     board = np.column_stack([shot.on_board, np.zeros(len(shot.on_board))])
@@ -198,10 +210,11 @@ def _reprojection_errors(body: Calibration, pose: Floats, shot: PlateShot) -> Fl
 
 
 def adjust(bundle: Bundle) -> tuple[Floats, Floats]:
-    """The unknowns (m,) at the minimum of the robust cost, and the normal matrix (m, m) there.
+    """Minimise the robust cost of a bundle.
 
-    Levenberg–Marquardt on the normal equations, reweighted for the pseudo-Huber loss. SciPy's robust solver factors
-    the whole Jacobian, thirty thousand rows, in every step.
+    Levenberg–Marquardt on the normal equations, reweighted for the pseudo-Huber loss. SciPy's robust solver factors the
+    whole Jacobian, thirty thousand rows, in every step.
+    Returns the unknowns (m,) and the normal matrix (m, m) there.
     """
     unknowns, damping = bundle.initial_guess(), 1e-3
     rest = bundle.residuals(unknowns)

@@ -1,5 +1,6 @@
-"""Calibrates the geometry of a body and its lens from shots of planes: bare plates, and boards with markers.
+"""Geometry calibration of a body and lens from shots of planes.
 
+The planes are bare plates, and boards with markers.
 A bundle adjustment (Triggs, McLauchlan, Hartley and Fitzgibbon 1999) over the body and the pose of the plate in every
 shot. The markers determine focal length, principal point, distortion and scale, as in Zhang (2000); the range samples
 of the same plane determine baseline and stripe planes, and bare plates constrain the surface to be flat.
@@ -50,9 +51,10 @@ class CalibrationResult:
 
 
 def calibrate(shots: Sequence[PlateShot], start: Calibration) -> CalibrationResult:
-    """Fit a calibration to shots of plates, starting from another (the manual's figures).
+    """Fit a calibration to shots of plates, starting from another.
 
-    Raises SettingsError when there are no shots, or one has too few samples of its plate.
+    start: for the first time the manual's figures.
+    Raises SettingsError for an empty list of shots, or when one has too few samples of its plate.
     """
     if not shots:
         raise SettingsError(
@@ -79,7 +81,7 @@ def calibrate(shots: Sequence[PlateShot], start: Calibration) -> CalibrationResu
 
 
 def _expected_mm(body: Calibration, covariance: Floats, shot: PlateShot) -> float:
-    """The largest 1σ (length of the error, mm) of points in focus over the field of a shot."""
+    """Return the largest 1σ of points in focus over the field of a shot, mm."""
     cols, rows = np.meshgrid(np.linspace(0, TEXTURE_COLS - 1, PROBES), np.linspace(0, TEXTURE_ROWS - 1, PROBES))
     pixels = np.stack([cols.ravel(), rows.ravel()], axis=1)
     pitch = pixels[:, 1] / shot.mode.step + (shot.mode.frames - 1) / 2

@@ -20,10 +20,11 @@ AS_SCANNED = "give scan folders as `planish scan` stores them"
 
 
 def plate_shot(scan: RangeScan, board: Board, *, front_mm: float | None = None) -> PlateShot:
-    """Measurements of the board in a scan, or of a bare plate that fills the picture when no marker is found.
+    """Measure the board in a scan, or a bare plate that fills the image.
 
-    The pitch is recomputed from the points with the calibration that is stored in the scan's provenance.
-    front_mm  as in PlateShot.
+    A plate is bare when no marker is found. The pitch is recomputed from the points with the calibration that is stored
+    in the scan's provenance.
+    front_mm: as in PlateShot.
     Raises SettingsError for a scan whose provenance is incomplete, or that was merged from several distances.
     """
     calibration = _calibration_used(scan)
@@ -45,9 +46,9 @@ def plate_shot(scan: RangeScan, board: Board, *, front_mm: float | None = None) 
 
 
 def nominal_of_scans(scans: Sequence[RangeScan]) -> Calibration:
-    """The manual's figures for the body and lens that took all of the scans.
+    """Return the manual's figures for the body and lens of all the scans.
 
-    Raises SettingsError when they are not of one body and lens, or there are none.
+    Raises SettingsError when they are not of one body and lens, or `scans` is empty.
     """
     seen = {_calibration_used(scan) for scan in scans}
     if len({(used.lens, used.body, used.lens_serial) for used in seen}) != 1:

@@ -1,4 +1,4 @@
-"""The operations of a Vivid 900: wait until ready, set parameters, focus, shoot, switch the laser off."""
+"""Operations of a Vivid 900: wait, set, focus, capture, laser off."""
 
 from __future__ import annotations
 
@@ -50,14 +50,17 @@ class Shot:
 
 @dataclass(frozen=True)
 class Body:
-    """The scanner behind a link whose profile fits it. `progress` is called at every step and may raise to cancel."""
+    """Scanner behind a link whose profile fits it.
+
+    `progress` is called at every step and may raise to cancel.
+    """
 
     link: Link
     profile: Profile
     progress: Progress
 
     def status(self) -> Status:
-        """Read the status block; without one, the state that TEST UNIT READY tells."""
+        """Read the status block, or else the state that TEST UNIT READY reports."""
         if "status" not in self.profile.commands:
             return Status(self.link.readiness())
         return commands.parse_status(
@@ -65,7 +68,10 @@ class Body:
         )
 
     def wait_ready(self) -> Status:
-        """Wait for the end of the self test. Raises BarrierClosed at once, NotReady at the time-out."""
+        """Wait for the end of the self test.
+
+        Raises BarrierClosed at once, NotReady at the time-out.
+        """
         status = self._wait("warm-up", lambda status: status.state not in ("warming-up", "busy"), WARM_UP_S)
         if status.state == "barrier-closed":
             raise panel_error(BARRIER)
@@ -76,16 +82,18 @@ class Body:
         return commands.parse_parameters(self.profile, self._parameter_block())
 
     def set_parameters(self, parameters: Parameters) -> None:
-        """Read the parameter block, change its fields, write it and read it back. Raises BadReply when it differs.
+        """Change fields of the parameter block, write it and read it back.
 
-        Bytes without a field are written as they were read: what they mean is not known.
+        Bytes without a field are written as they were read: their meaning is unknown. Raises BadReply when the block
+        read back differs.
         """
         self._write_block(commands.build_parameters(self.profile, parameters, base=self._parameter_block()))
 
     def autofocus(self, kind: Focus) -> Parameters:
-        """Focus and return the parameters with the distance (and laser power) that autofocus set.
+        """Focus and return the parameters that autofocus set.
 
-        Raises PanelError, BarrierClosed, Interrupted when the scanner has not focused.
+        These are the distance, and the laser power of the active kind. Raises PanelError, BarrierClosed, Interrupted
+        when the scanner has not focused.
         """
         self.progress("focus", 0.0)
         before = self.status().focused
@@ -126,9 +134,10 @@ class Body:
         return shot
 
     def _changed(self, parameters: Parameters) -> list[str]:
-        """The names of the parameters that differ at the scanner from those that were set, the laser power for one.
+        """Return the names of the parameters that the scanner has changed.
 
-        Left out are those that the scanner was to choose, which it may show as chosen.
+        They differ from those that were set, such as the laser power. Parameters that the scanner was to choose are
+        left out, because it may show them as chosen.
         """
         now, fields = self.read_parameters(), self.profile.blocks.parameters.fields
         chosen = {name for name, auto in CHOSEN_BY_SCANNER.items() if getattr(parameters, name) == auto}
@@ -137,13 +146,17 @@ class Body:
 
     @property
     def _done(self) -> State:
-        """State after a shot: some scanners do not tell data from ready."""
+        """Return the state after a shot.
+
+        Some scanners do not distinguish data from ready.
+        """
         return "data" if "data" in self.profile.states and "status" in self.profile.commands else "ready"
 
     def laser_off(self) -> None:
-        """Set the laser power to 0, and no other parameter, in any state; waits for the end of a shot in progress.
+        """Set the laser power to 0, and no other parameter, in any state.
 
-        A scanner that is not ready does not shoot. Raises the last error when all attempts fail.
+        Waits for the end of a shot in progress; a scanner that is not ready does not shoot. Raises the last error when
+        all attempts fail.
         """
         for last, pause in zip(reversed(range(PARK_ATTEMPTS)), pauses(), strict=False):
             try:
@@ -162,7 +175,10 @@ class Body:
         return self._block(self.profile.blocks.parameters, commands.read_parameters(self.profile))
 
     def _block(self, block: Template, command: Command) -> bytes:
-        """Read a block; one without a checksum until two readings in a row are the same. Raises BadReply."""
+        """Read a block; without a checksum, until two readings agree.
+
+        Raises BadReply.
+        """
         data = self.link.run(command)
         if block.is_checked:
             return data
@@ -173,7 +189,10 @@ class Body:
         raise BadReply(f"{command.name}: the scanner answers differently each time")
 
     def _image(self, block: Template, read: Callable[[int, int], Command], length: int) -> bytes:
-        """Read an image; one without a checksum twice, where the scanner allows. Raises BadReply when they differ."""
+        """Read an image; without a checksum twice, where the scanner allows.
+
+        Raises BadReply when the two readings differ.
+        """
         data = self.link.read(read, length)
         if not block.is_checked and not self.profile.reads_once and self.link.read(read, length) != data:
             raise BadReply("an image was damaged on its way: read twice, it differs")
@@ -198,7 +217,10 @@ class Body:
         )
 
     def _wait(self, step: str, done: Callable[[Status], bool], seconds: tuple[float, float]) -> Status:
-        """Poll the status until `done`. Raises StillBusy at the time-out, NotReady when it is still warming up."""
+        """Poll the status until `done`.
+
+        Raises StillBusy at the time-out, NotReady when it is still warming up.
+        """
         start, (expected, limit) = self.link.clock(), seconds
         for pause in pauses():
             status = self.status()
@@ -219,4 +241,4 @@ class Body:
         if status.panel:
             raise panel_error(status.panel)
         if "status" in self.profile.commands and "panel" not in self.profile.blocks.status.fields:
-            self.link.readiness()  # raises what only sense data tell
+            self.link.readiness()  # raises the states that only sense data report

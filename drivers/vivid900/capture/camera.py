@@ -67,8 +67,9 @@ class Vivid900(DeviceContext):
         park: Sequence[Callable[[], object]] = (),
         now: Callable[[], datetime] = _utc,
     ) -> None:
-        """Identify the scanner and switch its laser off; its transport is closed when that fails.
+        """Identify the scanner and switch its laser off.
 
+        Its transport is closed when that fails.
         calibration_of  gives the calibration for the mounted lens.
         park            further actions that make the set-up safe after every capture, failed or not.
         Raises ProfileMismatch before any command of the profile is sent to a scanner that it is not for.
@@ -96,7 +97,7 @@ class Vivid900(DeviceContext):
             return "off"
 
     def capture(self, settings: CaptureSettings, progress: Progress = _silent) -> RangeScan:
-        """Focus, take the shots that the settings ask for, and return the range grid with its colour image.
+        """Focus, take the shots and return the range grid with its colour image.
 
         Returns points (rows, cols, 3) mm with texture (480, 640, 3) uint8 RGB. Raises SettingsError, DeviceError or
         TransportError; the laser is off then as well.
@@ -136,7 +137,7 @@ class Vivid900(DeviceContext):
             raise
 
     def _attempt(self, work: Callable[[Body], Result], progress: Progress, limit_s: float) -> Result:
-        """Do the work, repeat it after a reset or a damaged block, and park after each attempt.
+        """Do the work, retry after a reset or damaged block, always park.
 
         limit_s  deadline of all attempts together, seconds.
         """
@@ -206,7 +207,10 @@ class Vivid900(DeviceContext):
 
 
 def capture_limit_s(settings: CaptureSettings) -> float:
-    """Deadline of a capture, seconds: the settings', or CAPTURE_S, or twice the time of many shots."""
+    """Return the deadline of a capture, seconds.
+
+    It is the settings', or CAPTURE_S, or twice the time of many shots.
+    """
     if settings.deadline_s is not None:
         return settings.deadline_s
     shots = settings.average * (merge.MAX_DEPTHS if settings.multi_depth else 1)
@@ -214,7 +218,7 @@ def capture_limit_s(settings: CaptureSettings) -> float:
 
 
 def _with_deadline(progress: Progress, link: Link) -> Progress:
-    """Progress that reports the share of the deadline that is over, beside each step."""
+    """Report the elapsed fraction of the deadline with each step."""
     start, name = link.clock(), f"at most {link.limit_s:g} s"
 
     def report(step: str, done: float) -> None:
@@ -225,7 +229,10 @@ def _with_deadline(progress: Progress, link: Link) -> Progress:
 
 
 def _average(shots: Sequence[Shot], mode: ShotMode) -> tuple[Floats, Bytes | None]:
-    """Mean pitch (rows, cols) and mean colour (480, 640, 3) uint8 of shots of the same scene; None without colour."""
+    """Average shots of the same scene.
+
+    Returns the mean pitch (rows, cols) and the mean colour (480, 640, 3) uint8, None without colour.
+    """
     pitches = [shot.pitch.frames for shot in shots if shot.pitch is not None]
     colours = [shot.colour.pixels for shot in shots if shot.colour is not None]
     frames = merge.average(pitches, RANGE_MODES[mode])

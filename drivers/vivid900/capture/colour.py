@@ -1,4 +1,7 @@
-"""The colour image as the scanner sends it: 640×480 in every mode, eight or ten bits to a channel."""
+"""The colour image as the scanner sends it.
+
+It has 640×480 pixels in every mode, eight or ten bits to a channel.
+"""
 
 from __future__ import annotations
 
@@ -22,9 +25,10 @@ Samples = NDArray[np.unsignedinteger[Any]]
 
 @dataclass(frozen=True, eq=False)
 class ColourImage:
-    """pixels (480, 640, 3) RGB, or (480, 640, 1) of a single channel; uint8, or uint16 up to 1023 in ten-bit shots.
+    """Colour image of a shot.
 
-    shot  which shot since power-on it is of; None when the image does not say.
+    pixels: (480, 640, 3) RGB, or (480, 640, 1) of a single channel; uint8, or uint16 up to 1023 in ten-bit shots.
+    shot: its number since power-on; None when the image does not say.
     """
 
     pixels: Samples
@@ -32,7 +36,10 @@ class ColourImage:
 
 
 def channels_of(mode: ShotMode) -> str:
-    """Channels of a mode's colour image: RGB, or L for the monitor and for single colours."""
+    """Return the channels of a mode's colour image.
+
+    RGB, or L for the monitor and for single colours.
+    """
     return "L" if mode in _ONE_CHANNEL else "RGB"
 
 
@@ -49,7 +56,10 @@ def build_colour(profile: Profile, mode: ShotMode, image: ColourImage) -> bytes:
 
 
 def parse_colour(profile: Profile, mode: ShotMode, data: bytes) -> ColourImage:
-    """Read the colour image of a mode. Raises BadReply when the length, the header or the checksum is wrong."""
+    """Parse the colour image of a mode.
+
+    Raises BadReply when the length, the header or the checksum is wrong.
+    """
     header, image = profile.blocks.colour, _image(profile, mode)
     values = header.parse(data, payload=image.length(TEXTURE_ROWS, TEXTURE_COLS))
     rows, cols = values.get("rows", TEXTURE_ROWS), values.get("cols", TEXTURE_COLS)

@@ -15,18 +15,24 @@ WHITE_PERCENTILE = 90  # most of a page is paper; the brightest tenth may be glo
 DARK_LEVEL = 4  # below this there is only noise
 SATURATED = 255
 GAIN_STEP = 2**0.5  # brightness from one CCD gain to the next; the manual names the steps, not their size
-MIN_MEASURED_SHARE = 0.01  # share of samples that a preview must have measured to be used
+MIN_MEASURED_SHARE = 0.01  # fraction of the samples that a preview must have measured to be used
 DEPTH_PERCENTILES = (2, 98)  # percentiles of depth whose middle is the page's: values beyond may be outliers
 
 
 def brightness(intensity: Bytes) -> float:
-    """Intensity of white paper in a shot's (rows, cols) intensities, 0 to 255; 0 when too few samples are lit."""
+    """Return the intensity of white paper in a shot.
+
+    intensity: (rows, cols), 0 to 255. Returns 0 when too few samples are lit.
+    """
     lit = intensity[intensity >= DARK_LEVEL]
     return float(np.percentile(lit, WHITE_PERCENTILE)) if lit.size > MIN_MEASURED_SHARE * intensity.size else 0.0
 
 
 def corrected_exposure(parameters: Parameters, level: float, *, gain_is_fixed: bool = False) -> Parameters:
-    """Laser power and gain that bring white paper from `level` to PAPER_LEVEL: power first, gain for what is left."""
+    """Compute laser power and gain that bring white paper to PAPER_LEVEL.
+
+    level: of white paper at the present exposure. The power is changed first, the gain for the rest.
+    """
     if level >= SATURATED:
         ratio = 1 / 8  # saturated: by how much is unknown
     elif level <= 0:
@@ -42,9 +48,10 @@ def corrected_exposure(parameters: Parameters, level: float, *, gain_is_fixed: b
 
 
 def centring_distance(points: Floats, pupil_mm: float) -> float | None:
-    """Focus distance from the front of the lens, mm, that centres points (rows, cols, 3) mm in the depth window.
+    """Return the focus distance that centres points in the depth window.
 
-    The window is symmetric in 1/depth. None when there are too few points.
+    points: (rows, cols, 3). Returns mm from the front of the lens, None when there are too few points. The window is
+        symmetric in 1/depth.
     """
     depth = -points[..., 2]
     seen = depth[np.isfinite(depth)]

@@ -1,4 +1,4 @@
-"""Combines several shots of one scene: averaging for less noise, merging focus distances for more depth."""
+"""Combines shots of one scene, for less noise or for more depth."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from restore.scan import Floats
 # of a sample on carbon ink, which is 0.07 lines.
 OUTLIER_LINES = 0.4
 MAX_DEPTHS = 7  # shots of one page at different depths; seven TELE windows reach 0.3 m at 600 mm
-OVERLAP = 0.15  # share of a window by which it overlaps its neighbour
-EDGE_BAND = 0.06  # samples this close to the end of the window, as a share of it, suggest that the surface continues …
+OVERLAP = 0.15  # fraction of a window by which it overlaps its neighbour
+EDGE_BAND = 0.06  # samples this close to the end of the window, as a fraction of it, suggest that the surface goes on …
 MIN_WEIGHT = 0.05  # of a sample at the border of its window against one in focus
-EDGE_SHARE = 0.0005  # … when they are at least this share of all: 150 samples of a FINE shot
+EDGE_SHARE = 0.0005  # … when they are at least this fraction of all: 150 samples of a FINE shot
 
 
 def average(frames: Sequence[Floats], mode: Mode) -> Floats:
-    """(rows, cols) mean pitch, frames, of shots (rows, cols) of a static scene: N shots lower its noise by √N.
+    """Average shots of a static scene; N shots lower the noise by √N.
 
     A sample is the mean over the shots that measured it; outliers are dropped, and so is a sample on which the shots
-    disagree without a majority. NaN where nothing is left. The speckle of laser light does not change
-    while nothing moves: what it contributes to the noise stays.
+    disagree without a majority. NaN where nothing is left. The speckle of laser light does not change while nothing
+    moves: its part of the noise stays.
+    Returns the mean pitch (rows, cols), frames.
     """
     if len(frames) == 1:
         return frames[0]
@@ -37,7 +38,10 @@ def average(frames: Sequence[Floats], mode: Mode) -> Floats:
 
 
 def _median(stack: Floats) -> Floats:
-    """(…) median over the first axis, NaN where nothing was measured; `np.nanmedian` takes several times as long."""
+    """Compute the median (…) over the first axis, NaN without measurements.
+
+    `np.nanmedian` takes several times as long.
+    """
     ordered, count = np.sort(stack, axis=0), np.isfinite(stack).sum(axis=0)  # NaN comes last
     middles = (np.maximum(count - 1, 0) // 2, np.minimum(count // 2, len(stack) - 1))
     low, high = (np.take_along_axis(ordered, at[None], axis=0)[0] for at in middles)
@@ -45,9 +49,10 @@ def _median(stack: Floats) -> Floats:
 
 
 def cover_depths(shoot: Callable[[int], Floats], distance_mm: int, lens: Lens, mode: Mode) -> list[tuple[int, Floats]]:
-    """Shots at a distance, then nearer and farther while the surface extends beyond the depth window.
+    """Take a shot, then nearer and farther ones while the surface extends.
 
-    shoot  gives the points (rows, cols, 3) mm of a shot focused at a distance.
+    More shots are taken while the surface extends beyond the depth window.
+    shoot: gives the points (rows, cols, 3) mm of a shot focused at a distance.
     Returns (distance in mm, points) of every shot, the given distance first.
     """
     taken = [(distance_mm, shoot(distance_mm))]
@@ -63,8 +68,10 @@ def cover_depths(shoot: Callable[[int], Floats], distance_mm: int, lens: Lens, m
 
 
 def next_depth(points: Floats, lens: Lens, mode: Mode, distance_mm: int, *, nearer: bool) -> int | None:
-    """Distance, mm, of the next shot when points (rows, cols, 3) mm reach that end of the depth window; None when they
-    do not, or when the scanner cannot focus there.
+    """Return the distance of the next shot nearer or farther, mm.
+
+    points: (rows, cols, 3) mm. Returns None when they do not reach that end of the depth window, or when the scanner
+        cannot focus there.
     """
     near, far = depth_window(lens, mode, distance_mm)
     width, inverse = 1 / near - 1 / far, 1 / -points[..., 2]
@@ -78,10 +85,11 @@ def next_depth(points: Floats, lens: Lens, mode: Mode, distance_mm: int, *, near
 
 
 def merge_depths(shots: Sequence[tuple[int, Floats]], calibration: Calibration, mode: Mode) -> Floats:
-    """(rows, cols, 3) mm of shots (distance, points) focused at different distances.
+    """Merge shots (distance, points) focused at different distances.
 
-    A sample that several shots measured is their mean, weighted by how central it is in each depth window, so that
-    there is no step where a window ends; outliers from the most central value are dropped.
+    A sample that several shots measured is their mean, weighted by how central it is in each depth window, without a
+    step where a window ends; outliers from the most central value are dropped.
+    Returns (rows, cols, 3) mm.
     """
     if len(shots) == 1:
         return shots[0][1]

@@ -22,7 +22,7 @@ from drivers.vivid900.profile.profile import Profile
 from drivers.vivid900.profile.raster import Channel
 from restore.scan import Bytes, Floats
 
-# Frames are rounded to this share of one, whether the scanner divides or the driver, so that the scan does not depend
+# Frames are rounded to this fraction, whether the scanner divides or the driver, so that the scan does not depend
 # on the encoding. It is a thousandth of the noise, which is 0.02 lines.
 FRACTION = 1 << 16
 
@@ -44,7 +44,10 @@ class Pitch:
 
 @dataclass(frozen=True, eq=False)
 class Sums:
-    """Accumulated sums per sample, each (rows, cols): Σx and Σ(i·x) uint32, brightest x uint8."""
+    """Accumulated sums per sample, each (rows, cols).
+
+    Σx and Σ(i·x) are uint32, the brightest x uint8.
+    """
 
     sum: NDArray[np.uint32]
     moment: NDArray[np.uint32]
@@ -57,7 +60,10 @@ def pitch_length(profile: Profile, mode: Mode) -> int:
 
 
 def build_pitch(profile: Profile, sums: Sums, shot: int) -> bytes:
-    """The range image in bytes. Raises SettingsError when a sum does not fit into its bytes."""
+    """Encode the range image.
+
+    Raises SettingsError when a sum does not fit into its bytes.
+    """
     quotient = np.rint(_quotient(sums.sum, sums.moment) * profile.pitch.fraction)
     frame = np.where(np.isfinite(quotient), quotient, NOT_MEASURED).astype(np.uint32)
     payload = profile.pitch.image.encode({**vars(sums), "frame": frame})
@@ -95,6 +101,6 @@ def _frames(channels: Mapping[str, Channel], fraction: int) -> Floats:
 
 
 def _quotient(total: Channel, moment: Channel) -> Floats:
-    """(rows, cols) barycentre, frames; NaN without light."""
+    """Compute the barycentre (rows, cols), frames; NaN without light."""
     light = total.astype(float)
     return np.divide(moment.astype(float), light, out=np.full(light.shape, np.nan), where=light > 0)

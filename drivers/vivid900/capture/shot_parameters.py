@@ -1,4 +1,7 @@
-"""Distance, laser power and gain of a shot: from the settings, or else by autofocus and previews."""
+"""Distance, laser power and gain of a shot.
+
+They come from the settings, or else from autofocus and previews.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ SHOT_MODES = {"fine": ShotMode.FINE_COLOUR, "fast": ShotMode.FAST_COLOUR}
 AUTOFOCUS = {"commands.passive_autofocus", "commands.active_autofocus"}
 START_POWER = 30  # of the first preview where no autofocus chooses one: three stops from the strongest
 MAX_PREVIEWS = 4  # three stops each: enough from the weakest laser to the strongest
-REFOCUS_SHARE = 0.125  # share of the depth window that the page may be off centre before the shot is refocused
+REFOCUS_SHARE = 0.125  # fraction of the depth window that the page may be off centre before the shot is refocused
 
 
 def choose_parameters(body: Body, settings: CaptureSettings, calibration: Calibration) -> Parameters:
@@ -37,7 +40,10 @@ def choose_parameters(body: Body, settings: CaptureSettings, calibration: Calibr
 
 
 def _require_settings(profile: Profile, settings: CaptureSettings) -> None:
-    """Raise SettingsError for a setting that the profile cannot write, or that it cannot do without."""
+    """Raise SettingsError for settings that the profile cannot carry out.
+
+    It cannot write a given one, or cannot do without a missing one.
+    """
     absent = profile.absences
     if settings.gain is not None and "blocks.parameters.gain" in absent:
         raise SettingsError("the command profile has no gain", "leave gain out of [capture]")
@@ -50,7 +56,10 @@ def _require_settings(profile: Profile, settings: CaptureSettings) -> None:
 
 
 def _focused(body: Body, settings: CaptureSettings) -> Parameters:
-    """Focus as the settings need it and the profile allows; laser and distance that are not found stay as they are."""
+    """Focus as the settings need it and the profile allows.
+
+    Laser and distance that are not found stay as they are.
+    """
     commands, parameters = body.profile.commands, body.read_parameters()
     if settings.laser_power is None and "active_autofocus" in commands:
         return body.autofocus("active")
@@ -77,7 +86,10 @@ def _with_settings(parameters: Parameters, settings: CaptureSettings) -> Paramet
 def _adjusted_by_previews(
     body: Body, parameters: Parameters, settings: CaptureSettings, calibration: Calibration
 ) -> Parameters:
-    """Parameters adjusted by previews until paper is well exposed and the page centred in the depth window."""
+    """Adjust parameters by previews.
+
+    Paper is then well exposed and the page centred in the depth window.
+    """
     gain_is_fixed = settings.gain is not None or "blocks.parameters.gain" in body.profile.absences
     for _ in range(MAX_PREVIEWS):
         pitch = _preview(body, parameters)

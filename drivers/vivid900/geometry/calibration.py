@@ -30,7 +30,9 @@ Serial = Annotated[str, Field(max_length=64)]
 
 @dataclass(frozen=True)
 class Calibration:
-    """The geometry of one body and one lens. There are no defaults: a truncated file is refused.
+    """Geometry of one body and one lens.
+
+    It has no defaults: a truncated file is refused.
 
     body, lens_serial  serial numbers, empty where they are not known.
     baseline_mm        from the lens centre down to the axis of the galvano mirror.
@@ -58,7 +60,10 @@ class Calibration:
     bow: Finite
 
     def as_json(self) -> dict[str, Any]:
-        """The calibration as JSON values, for the provenance of a scan; `calibration_of` reads them back."""
+        """Return the calibration as JSON values, for the provenance of a scan.
+
+        `calibration_of` reads them back.
+        """
         return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
 
 
@@ -82,7 +87,10 @@ def nominal(lens: Lens, *, body: str = "", lens_serial: str = "") -> Calibration
 
 
 def read_calibration(path: Path) -> Calibration:
-    """Read a calibration file. Raises SettingsError when it cannot be read, is damaged, or has impossible values."""
+    """Read a calibration file.
+
+    Raises SettingsError when it cannot be read, is damaged, or has impossible values.
+    """
     try:
         table = read_toml(path)
     except OSError as error:
@@ -96,8 +104,9 @@ def read_calibration(path: Path) -> Calibration:
 
 
 def calibration_of(table: Mapping[str, Any], where: str) -> Calibration:
-    """The calibration that a table of a file, or of a scan's provenance, describes; `where` names it in the message.
+    """Return the calibration of a table in a file or a scan's provenance.
 
+    where: name of the table in messages.
     Raises SettingsError for a missing, unknown or impossible value.
     """
     try:
@@ -111,7 +120,10 @@ def calibration_of(table: Mapping[str, Any], where: str) -> Calibration:
 
 
 def encode_calibration(calibration: Calibration, *, comments: Sequence[str] = ()) -> str:
-    """The text of a calibration file that `read_calibration` gives back exactly, under lines of comment."""
+    """Return the text of a calibration file, under lines of comment.
+
+    `read_calibration` gives the calibration back exactly.
+    """
     lines = [f"# {comment}".rstrip() for comment in ("Planish: calibration of a Vivid 900", *comments)]
     lines += ["", f"format = {FORMAT}"]
     lines += [f"{name} = {_toml(value)}" for name, value in calibration.as_json().items()]
@@ -122,7 +134,10 @@ _ADAPTER: TypeAdapter[Calibration] = TypeAdapter(Calibration)
 
 
 def _check_one_to_one(calibration: Calibration, where: str) -> None:
-    """Every pixel must have one line of sight, and every stripe plane one position of the mirror."""
+    """Check that pixels and lines of sight correspond one to one.
+
+    So must stripe planes and positions of the mirror.
+    """
     corner = np.hypot(TEXTURE_COLS, TEXTURE_ROWS) / calibration.focal_px  # twice as far out as any pixel
     radius = np.linspace(0, corner, 65)
     k1, k2 = calibration.distortion

@@ -45,7 +45,10 @@ class Lens:
 
     @property
     def usable_lines(self) -> float:
-        """Lines of the 125-line block that carry depth; the rest is taken up by the width of the stripe."""
+        """Return how many lines of the 125-line block carry depth.
+
+        The others are taken up by the width of the stripe.
+        """
         return self.depth_mm / self.line_mm(REFERENCE_MM)
 
     def lines(self, mode: Mode) -> float:
@@ -54,7 +57,10 @@ class Lens:
 
     @property
     def line_noise(self) -> float:
-        """Standard deviation of the stripe's position on white paper, in CCD lines; close to 0.02 for every lens."""
+        """Return the standard deviation of the stripe's position, CCD lines.
+
+        On white paper; close to 0.02 for every lens.
+        """
         return self.precision_mm / self.line_mm(REFERENCE_MM)
 
 
@@ -70,7 +76,10 @@ LENSES = {
 
 @dataclass(frozen=True)
 class Mode:
-    """A scan mode: samples, their spacing in texture pixels, and the block of CCD lines read per frame (p. 59)."""
+    """Scan mode: samples, their spacing, and the CCD lines read per frame.
+
+    The spacing is in texture pixels (p. 59).
+    """
 
     name: str
     rows: int
@@ -81,7 +90,10 @@ class Mode:
 
     @property
     def frames(self) -> int:
-        """Frames during which a sample is in the block, which moves on by `step` lines with each."""
+        """Return the number of frames during which a sample is in the block.
+
+        The block moves on by `step` lines with each.
+        """
         return self.block_lines // self.step
 
 
@@ -93,16 +105,20 @@ MODES = {mode.name: mode for mode in (FINE, FAST)}
 
 
 def texture_grid(mode: Mode) -> Floats:
-    """(rows, cols, 2) texture pixel (x, y) of every sample: its own pixel in FINE, the middle of four in FAST."""
+    """Return the texture pixel (x, y) of every sample, (rows, cols, 2).
+
+    In FINE it is the sample's own pixel, in FAST the centre of four.
+    """
     row, col = np.mgrid[: mode.rows, : mode.cols].astype(float)
     return np.stack([col, row], axis=-1) * mode.step + (mode.step - 1) / 2
 
 
 def depth_window(lens: Lens, mode: Mode, distance_mm: float) -> tuple[float, float]:
-    """(near, far) depth from the lens centre, mm, that one shot focused at `distance_mm` can measure.
+    """Return the depths that one shot focused at `distance_mm` can measure.
 
     The stripe must fall on the block of lines that is read out around the line where it lies at the reference distance,
     which bounds 1/depth.
+    Returns (near, far), mm from the lens centre.
     """
     centre, half = 1 / (distance_mm + lens.pupil_mm), lens.lines(mode) / 2 / (lens.focal_px * BASELINE_MM)
     return 1 / (centre + half), 1 / max(centre - half, np.finfo(float).tiny)

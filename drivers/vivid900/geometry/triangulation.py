@@ -1,4 +1,6 @@
-"""Triangulation: from the pitch (frame at which the stripe crossed a pixel) to points in space, and back.
+"""Triangulation from the pitch to points in space, and back.
+
+The pitch is the frame at which the stripe crossed a pixel.
 
 The pitch of a sample is the frame, counted from 0 at the start of the sweep and with fractions, at which the stripe
 crossed its pixel: the temporal centre of gravity of the light (VIVID 910 hardware manual p. 57; US 6,151,118).
@@ -13,8 +15,8 @@ crossed its pixel: the temporal centre of gravity of the light (VIVID 910 hardwa
     figures here, and the deviations of the body are its calibration. That the drive is linear in the tangent and not in
     the angle is our assumption; the cubic of the calibration absorbs the difference at any one distance.
 
-A direction of sight is the tangents (u right, v up) = (x, y) / depth. The stripe plane of tangent T meets it where
-y + baseline = depth·(T + tilt·u + bow·u²), hence depth = baseline / (T + tilt·u + bow·u² − v).
+A direction of sight is the tangents (u right, v up) = (x, y) / depth. The stripe plane of tangent T meets it where y +
+baseline = depth·(T + tilt·u + bow·u²), hence depth = baseline / (T + tilt·u + bow·u² − v).
 """
 
 from __future__ import annotations
@@ -46,9 +48,11 @@ class LinesOfSight:
 
 
 def points_of(pitch: Floats, calibration: Calibration, mode: Mode, distance_mm: float) -> Floats:
-    """(rows, cols, 3) mm in the scanner's frame of pitch (rows, cols), NaN where it is NaN or meets nothing in front.
+    """Return the points of a pitch image.
 
-    distance_mm  the distance from the front of the lens at which the shot was focused.
+    pitch: (rows, cols) frames.
+    distance_mm: from the front of the lens, at which the shot was focused.
+    Returns (rows, cols, 3) mm in the scanner's frame, NaN where the pitch is NaN or meets nothing in front.
     """
     return points_along(lines_of_sight(calibration, mode), pitch, calibration, mode, distance_mm)
 
@@ -56,7 +60,10 @@ def points_of(pitch: Floats, calibration: Calibration, mode: Mode, distance_mm: 
 def points_along(
     sight: LinesOfSight, pitch: Floats, calibration: Calibration, mode: Mode, distance_mm: float
 ) -> Floats:
-    """(…, 3) mm: `points_of` for any lines of sight (…) of the calibration."""
+    """Return the points of `points_of` for any lines of sight.
+
+    sight: (…) of the calibration. Returns (…, 3) mm.
+    """
     denominator = stripe_tangent(pitch, calibration, mode, distance_mm) + sight.rise
     denominator[~(denominator > 0)] = np.nan
     depth = np.divide(calibration.baseline_mm, denominator, out=denominator)
@@ -67,12 +74,18 @@ def points_along(
 
 
 def pitch_of(points: Floats, calibration: Calibration, mode: Mode, distance_mm: float) -> Floats:
-    """(rows, cols) pitch of a grid of points (rows, cols, 3) mm: the inverse of `points_of`."""
+    """Return the pitch of a grid of points, the inverse of `points_of`.
+
+    points: (rows, cols, 3) mm. Returns (rows, cols).
+    """
     return pitch_at(calibration.baseline_mm / -points[..., 2], calibration, mode, distance_mm)
 
 
 def pitch_at(disparity: Floats, calibration: Calibration, mode: Mode, distance_mm: float) -> Floats:
-    """(rows, cols) pitch of samples of disparity (rows, cols), baseline / depth."""
+    """Return the pitch of samples of a disparity, baseline / depth.
+
+    disparity: (rows, cols). Returns (rows, cols).
+    """
     first, slope = _drive(calibration, mode, distance_mm)
     wanted = disparity - lines_of_sight(calibration, mode).rise
     cubic = _cubic(calibration)
@@ -83,7 +96,7 @@ def pitch_at(disparity: Floats, calibration: Calibration, mode: Mode, distance_m
 
 
 def stripe_tangent(pitch: Floats, calibration: Calibration, mode: Mode, distance_mm: float) -> Floats:
-    """(…) tangent T of the stripe plane at pitch (…)."""
+    """Return the tangent T (…) of the stripe plane at pitch (…)."""
     first, slope = _drive(calibration, mode, distance_mm)
     sent, (leading, *others) = first + slope * pitch, _cubic(calibration)
     tangent = np.full_like(sent, leading)
@@ -94,7 +107,10 @@ def stripe_tangent(pitch: Floats, calibration: Calibration, mode: Mode, distance
 
 
 def in_window(pitch: Floats, calibration: Calibration, mode: Mode) -> Mask:
-    """(rows, cols) bool, True where the stripe lies on the lines of the read-out block that carry depth."""
+    """Return where the stripe is on lines that carry depth.
+
+    Returns (rows, cols) bool.
+    """
     lens = LENSES[calibration.lens]
     row = np.arange(mode.rows)[:, None]
     off_centre = pitch - row - (mode.frames - 1) / 2
@@ -103,7 +119,10 @@ def in_window(pitch: Floats, calibration: Calibration, mode: Mode) -> Mask:
 
 @lru_cache(maxsize=4)  # 7 MB each; a station has a lens or two and two modes
 def lines_of_sight(calibration: Calibration, mode: Mode) -> LinesOfSight:
-    """Lines of sight of the samples of a mode; cached, because successive shots use the same lens."""
+    """Return the lines of sight of the samples of a mode.
+
+    They are cached, because successive shots use the same lens.
+    """
     return lines_of_sight_through(calibration, texture_grid(mode))
 
 
@@ -115,7 +134,10 @@ def lines_of_sight_through(calibration: Calibration, texture_xy: Floats) -> Line
 
 
 def tangents(calibration: Calibration, texture_xy: Floats) -> Floats:
-    """(…, 2) tangents (right, up) of the lines of sight through texture pixels (…, 2)."""
+    """Return the tangents (right, up) of sight through texture pixels.
+
+    texture_xy: (…, 2). Returns (…, 2).
+    """
     distorted = (texture_xy - np.array(calibration.centre_px)) * np.array([1.0, -1.0]) / calibration.focal_px
     target = np.linalg.norm(distorted, axis=-1)
     k1, k2 = calibration.distortion
@@ -128,7 +150,10 @@ def tangents(calibration: Calibration, texture_xy: Floats) -> Floats:
 
 
 def project(calibration: Calibration, points: Floats) -> Floats:
-    """(…, 2) texture pixels (x, y) of points (…, 3) mm in the scanner's frame."""
+    """Project points in the scanner's frame to texture pixels (x, y).
+
+    points: (…, 3) mm. Returns (…, 2).
+    """
     ideal = points[..., :2] / -points[..., 2:]
     seen = ideal * _stretch(calibration, (ideal**2).sum(axis=-1))[..., None]
     return np.asarray(calibration.centre_px + seen * np.array([1.0, -1.0]) * calibration.focal_px)
@@ -140,7 +165,10 @@ def _stretch(calibration: Calibration, squared_radius: Floats) -> Floats:
 
 
 def _drive(calibration: Calibration, mode: Mode, distance_mm: float) -> tuple[float, float]:
-    """(s(0), s(1) − s(0)) of the commanded mirror tangent s, linear in the frame."""
+    """Return the commanded mirror tangent s, linear in the frame.
+
+    Returns (s(0), s(1) − s(0)).
+    """
     lens = LENSES[calibration.lens]
     slope = -mode.step / lens.focal_px
     first_row = ((TEXTURE_ROWS - 1) / 2 - (mode.step - 1) / 2) / lens.focal_px
@@ -149,6 +177,9 @@ def _drive(calibration: Calibration, mode: Mode, distance_mm: float) -> tuple[fl
 
 
 def _cubic(calibration: Calibration) -> Floats:
-    """(4,) from the highest power: the tangent of the stripe plane as a cubic of the commanded one."""
+    """Return the stripe plane's tangent as a cubic of the commanded one.
+
+    Returns (4,) from the highest power.
+    """
     p0, p1, p2, p3 = calibration.plane
     return np.array([p3, p2, 1 + p1, p0])

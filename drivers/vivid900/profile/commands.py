@@ -1,5 +1,6 @@
-"""Every command of a profile, built and parsed; the names follow the calls of the vendor's development kit.
+"""Every command of a profile, built and parsed.
 
+The names follow the calls of the vendor's development kit.
 The host builds a Command and parses the reply; a device (the simulated one) parses the CDB and builds the reply.
 """
 
@@ -127,7 +128,10 @@ def write_parameters(profile: Profile, block: bytes) -> Command:
 
 
 def autofocus(profile: Profile, kind: Focus) -> Command:
-    """Focus by contrast (passive: sets the distance) or by laser (active: sets distance and laser power)."""
+    """Focus by contrast (passive) or by laser (active).
+
+    Passive sets the distance, active the distance and the laser power.
+    """
     return _command(profile, "passive_autofocus" if kind == "passive" else "active_autofocus")
 
 
@@ -156,7 +160,10 @@ def _command(
     data_in: int = 0,
     data_out: bytes | None = None,
 ) -> Command:
-    """A command from its templates. Raises SettingsError when the profile does not have it."""
+    """Build a command from its templates.
+
+    Raises SettingsError when the profile does not have it.
+    """
     if name not in profile.commands:
         raise SettingsError(
             f"the command profile {profile.name!r} has no {name}", "see what `planish query` prints of it"
@@ -168,7 +175,10 @@ def _command(
 
 
 def parse_command(profile: Profile, cdb: bytes, data_out: bytes = b"") -> tuple[str, dict[str, int]] | None:
-    """Name and fields of a command of the profile, those of its data included; None for other bytes."""
+    """Return name and fields of a command, those of its data included.
+
+    Returns None for bytes that are not a command of the profile.
+    """
     for name, command in profile.commands.items():
         values = command.cdb.match(cdb)
         if values is not None:
@@ -177,12 +187,18 @@ def parse_command(profile: Profile, cdb: bytes, data_out: bytes = b"") -> tuple[
 
 
 def build_parameters(profile: Profile, parameters: Parameters, *, base: bytes | None = None) -> bytes:
-    """The parameter block. base: the scanner's present block, whose bytes without a field are kept."""
+    """Build the parameter block.
+
+    base: the scanner's present block; its bytes without a field are kept.
+    """
     return profile.blocks.parameters.build(_wire_values(profile, parameters), base=base)
 
 
 def without_laser(profile: Profile, block: bytes) -> bytes:
-    """A parameter block with the laser power 0 and all else as it is. Raises BadReply for a damaged block."""
+    """Return a parameter block with laser power 0 and all else as it is.
+
+    Raises BadReply for a damaged block.
+    """
     profile.blocks.parameters.parse(block)
     return profile.blocks.parameters.build({"laser_power": 0}, base=block)
 
@@ -196,7 +212,10 @@ def parse_parameters(profile: Profile, data: bytes) -> Parameters:
 
 
 def parameters_of(profile: Profile, values: Mapping[str, int]) -> Parameters:
-    """The parameters in the values of a block or of a release. Raises BadReply for values that no scanner can have."""
+    """Return the parameters in the values of a block or of a release.
+
+    Raises BadReply for values that no scanner can have.
+    """
     known = {name: values[name] for name in RANGES if name in values}
     if "mode" in known:
         modes = {name: _wire_mode(profile, mode) for name, mode in ShotMode.__members__.items() if _has(profile, mode)}
@@ -217,7 +236,10 @@ def _has(profile: Profile, mode: ShotMode) -> bool:
 
 
 def _wire_mode(profile: Profile, mode: ShotMode) -> int:
-    """The scanner's number of a mode. Raises SettingsError when the profile does not have it."""
+    """Return the scanner's number of a mode.
+
+    Raises SettingsError when the profile does not have it.
+    """
     if not _has(profile, mode):
         hint = f"it has {', '.join(profile.modes)}"
         raise SettingsError(f"the command profile {profile.name!r} has no mode {mode.name}", hint)
@@ -225,7 +247,10 @@ def _wire_mode(profile: Profile, mode: ShotMode) -> int:
 
 
 def build_status(profile: Profile, status: Status) -> bytes:
-    """The status block. Raises SettingsError for a message or lens that the profile does not have."""
+    """Build the status block.
+
+    Raises SettingsError for a message or lens that the profile does not have.
+    """
     values = {name: getattr(status, name) for name in ("shot", "focused", "lens_serial", "body_serial")}
     for name, table in _status_tables(profile).items():
         text = getattr(status, name)
@@ -236,7 +261,10 @@ def build_status(profile: Profile, status: Status) -> bytes:
 
 
 def parse_status(profile: Profile, data: bytes) -> Status:
-    """Read the status block. Raises BadReply, also for a state, message or lens that the profile does not have."""
+    """Parse the status block.
+
+    Raises BadReply, also for a state, message or lens that the profile does not have.
+    """
     values: dict[str, Any] = profile.blocks.status.parse(data)
     names = {name: _name_of(table, values[name], name) for name, table in _status_tables(profile).items()}
     return Status(**{name: value for name, value in (values | names).items() if name in STATUS_FIELDS})

@@ -1,4 +1,4 @@
-"""What a command profile may contain, what it has to, and what it means to do without the rest."""
+"""Contents of a command profile: allowed and required ones."""
 
 from __future__ import annotations
 

@@ -14,9 +14,9 @@ NOT_MEASURED = 0xFFFFFFFF
 
 
 class _Encoding(BaseModel):
-    """How an image is packed: see Raster, or the codec of one's own.
+    """How an image is packed: see Raster, or a plug-in codec.
 
-    codec  "raster", or the name of a Python file beside the profile that defines CODEC (see raster.Codec).
+    codec: "raster", or the name of a Python file next to the profile that defines CODEC (see raster.Codec).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -64,7 +64,10 @@ class PitchEncoding(_Encoding):
 
 
 class ColourEncoding(_Encoding):
-    """The colour image. channels: those of a pixel in their order, X for one that means nothing."""
+    """Packing of the colour image.
+
+    channels: those of a pixel in their order, X for one without a meaning.
+    """
 
     channels: Annotated[str, Field(pattern="^[RGBX]{3,8}$")] = "RGB"
 

@@ -1,4 +1,4 @@
-"""A command profile: the bytes of every command, block and image of a scanner's firmware, read from a TOML file.
+"""Command profile: commands, blocks and images of a firmware, from TOML.
 
 The vendor never published the commands of the Vivid 900. What the driver sends beyond the three commands of the
 standard comes from a profile that names the firmware it is for; see `configs/profiles/`.
@@ -36,7 +36,10 @@ _Model = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
 
 class Firmware(BaseModel):
-    """The scanners that a profile is for, by their INQUIRY data; revisions may have the wildcards * and ?."""
+    """The scanners that a profile is for, by their INQUIRY data.
+
+    Revisions may have the wildcards * and ?.
+    """
 
     model_config = _Model
     vendor: str
@@ -50,7 +53,7 @@ class Firmware(BaseModel):
 
 
 class CommandBytes(BaseModel):
-    """A command: its CDB, and the data sent with it where that is no block."""
+    """A command: its CDB, and the data sent with it unless that is a block."""
 
     model_config = _Model
     cdb: Template
@@ -83,7 +86,10 @@ class CommandBytes(BaseModel):
 
 
 class Blocks(BaseModel):
-    """The blocks of parameters and status, and the headers before the images; empty where there is none."""
+    """Blocks of parameters and status, and the headers before the images.
+
+    Empty where the scanner has none.
+    """
 
     model_config = _Model
     parameters: Template = Template()
@@ -129,7 +135,7 @@ class Profile(BaseModel):
         for table in (self.modes, self.states, self.lenses, self.panels):
             if len(set(table.values())) < len(table):
                 raise ValueError(f"two of {', '.join(table)} have the same value")
-        self.panel_by_sense  # noqa: B018 - raises for a code that is none
+        self.panel_by_sense  # noqa: B018 - raises for an invalid code
         return self
 
     @model_validator(mode="after")
@@ -177,7 +183,10 @@ class Profile(BaseModel):
 
     @property
     def integrity(self) -> Integrity:
-        """How damage in transfer is detected: by checksums, by reading images twice, or not at all."""
+        """Return how damage in transfer is detected.
+
+        By checksums, by reading images twice, or not at all.
+        """
         images = [self.blocks.pitch, *([self.blocks.colour] if "read_colour" in self.commands else [])]
         if all(block.is_checked for block in images):
             return "checksum"
@@ -185,14 +194,17 @@ class Profile(BaseModel):
 
     @cached_property
     def panel_by_sense(self) -> dict[tuple[int, int], str]:
-        """(code, qualifier) → text of the panel. Raises ValueError for a key that is not two bytes."""
+        """Return the text of the panel by (code, qualifier).
+
+        Raises ValueError for a key that is not two bytes.
+        """
         pairs = {tuple(bytes.fromhex(key.replace("/", " "))): text for key, text in self.sense.items()}
         if any(len(pair) != 2 for pair in pairs):
             raise ValueError("a sense code is written code/qualifier, like 80/01")
         return {(pair[0], pair[1]): text for pair, text in pairs.items()}
 
     def require(self, identity: Identity) -> None:
-        """Raise ProfileMismatch unless the profile declares itself for the scanner that answered."""
+        """Raise ProfileMismatch unless the profile is for this scanner."""
         if not self.firmware.fits(identity):
             mine = f"{self.firmware.vendor} {self.firmware.product} {' or '.join(self.firmware.revisions)}"
             raise ProfileMismatch(
@@ -210,7 +222,10 @@ class Profile(BaseModel):
 
 
 def load_profile(name: str | Path) -> Profile:
-    """Read a profile: a file, or one of `configs/profiles` by its name. Raises SettingsError."""
+    """Read a profile: a file, or one of `configs/profiles` by its name.
+
+    Raises SettingsError.
+    """
     path = Path(name)
     if path.suffix != ".toml":
         path = PROFILES / f"{name}.toml"
@@ -234,7 +249,10 @@ def parse_profile(table: dict[str, Any], *, where: str = "profile") -> Profile:
 
 
 def _table(path: Path) -> dict[str, Any]:
-    """The table of a file: that of `based_on`, less what `without` names, overlaid with its own."""
+    """Return the table of a file, over that of its `based_on`.
+
+    Keys that `without` names are removed first.
+    """
     table = read_toml(path)
     for image in ("pitch", "colour"):
         own = table.get(image)
@@ -249,7 +267,10 @@ def _table(path: Path) -> dict[str, Any]:
 
 
 def _remove(table: dict[str, Any], name: str) -> None:
-    """Remove a key, or all that begins with it, like `blocks.status`. Raises ValueError when there is none."""
+    """Remove a key, or all that begins with it, like `blocks.status`.
+
+    Raises ValueError when nothing has that name.
+    """
     *inner, last = name.split(".")
     for key in inner:
         table = table.get(key, {})

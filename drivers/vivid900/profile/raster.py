@@ -1,4 +1,7 @@
-"""Codecs of images: bytes ↔ named channels, each (rows, cols). One is built in, others are small plug-ins."""
+"""Codecs of images: bytes ↔ named channels, each (rows, cols).
+
+One is built in, others are small plug-ins.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ class Codec(Protocol):
         ...
 
     def decode(self, data: bytes, rows: int, cols: int) -> Mapping[str, Channel]:
-        """The channels (rows, cols) in `length(rows, cols)` bytes. Raises ValueError for bytes that are no image."""
+        """Return the channels (rows, cols) in `length(rows, cols)` bytes.
+
+        Raises ValueError for bytes that are not an image.
+        """
         ...
 
 

@@ -1,4 +1,6 @@
-"""Templates: bytes with named fields, for command blocks, the data that go with them, and headers of images.
+"""Templates: bytes with named fields.
+
+They are used for command blocks, the data sent with them, and headers of images.
 
 A template is a table (`length`, `fields`, `checksum`), or text such as `"C6 80|kind:2-0 offset/4 length/3< 00"`:
 
@@ -122,9 +124,11 @@ class Checksum(BaseModel):
 
 
 class Template(BaseModel):
-    """A template. Written as text, its other bytes are constants; as a table, they are unknown: kept and not looked at.
+    """Bytes with named fields.
 
-    fields  name → span. constants: its bytes where there is no field, in hexadecimal; None when they are unknown.
+    Written as text, its other bytes are constants; as a table, they are unknown: kept and not checked.
+    fields: name → span.
+    constants: its bytes outside the fields, in hexadecimal; None when they are unknown.
     """
 
     model_config = _Model
@@ -151,13 +155,17 @@ class Template(BaseModel):
 
     @property
     def is_checked(self) -> bool:
-        """Whether its checksum is strong enough for an image: 8 and 16 bits let too much damage pass."""
+        """Return whether the checksum is strong enough for an image.
+
+        8 and 16 bits let too much damage pass.
+        """
         return self.checksum is not None and self.checksum.kind == "crc32"
 
     def build(self, values: Mapping[str, int], payload: bytes = b"", *, base: bytes | None = None) -> bytes:
-        """The bytes followed by their payload. Raises SettingsError for a value that is missing or too large.
+        """Return the bytes followed by their payload.
 
-        base  bytes in which only the given values are changed; without it, all that is no field is constant or zero.
+        base: bytes in which only the given values are changed; without it, all that is not a field is constant or zero.
+        Raises SettingsError for a value that is missing or too large.
         """
         block = bytearray((self.constants or bytes(self.length)) if base is None else base)
         if len(block) != self.length:
@@ -219,7 +227,10 @@ def _number(data: bytes | bytearray) -> int:
 
 
 def _parsed(text: str) -> dict[str, Any]:
-    """The table of a template in the notation above. Raises ValueError that says which word is wrong."""
+    """Return the table of a template in the notation above.
+
+    Raises ValueError that says which word is wrong.
+    """
     constants, fields = bytearray(), dict[str, Span]()
     for word in text.split():
         at = len(constants)

@@ -1,1 +1,1 @@
-"""The default method: the page whose edges are nearest to their lengths on the surface, and its steps."""
+"""The default method: the page whose edges keep their surface lengths."""

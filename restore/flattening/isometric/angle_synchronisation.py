@@ -1,10 +1,10 @@
-"""A flat page from edge lengths alone, without a start: angle synchronisation, then one Poisson solve.
+"""Flat page from edge lengths alone: angle synchronisation, then Poisson.
 
-Every fan has a frame of its own; the direction of an edge in the frames at both of its ends tells how the two frames
-are turned against each other. The turns that agree best with all edges are the least squares on the circle (angular
-synchronisation, Singer 2011), here from the ways of least variance on (Dijkstra 1959), with residuals wrapped to ±π.
-Turned into one frame, the edges are vectors, and the positions that agree best with those solve a Poisson equation.
-Both systems have the same matrix, factorised once, unless a vertex has several fans.
+It needs no start. Every fan has its own frame; the direction of an edge in the frames at both of its ends gives the
+rotation between the two frames. The rotations that agree best with all edges are the least squares on the circle
+(angular synchronisation, Singer 2011), here started from the paths of least variance (Dijkstra 1959), with residuals
+wrapped to ±π. Rotated into one frame, the edges are vectors, and the positions that agree best with those solve a
+Poisson equation. Both systems have the same matrix, factorised once, unless a vertex has several fans.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from restore.mesh.adjacency import Adjacency, adjacency
 from restore.numerics.limits import SMALL
 from restore.scan import Floats, Ints, Mask
 
-SHORTEST = 1e-3  # of the mean: shorter edges and smaller areas count as so much, or rounding would decide the rest
+SHORTEST = 1e-3  # of the mean: shorter edges and smaller areas count as this, or rounding would decide the rest
 
 
 def flat_from_lengths(fans: Fans, lengths: Floats, count: int) -> Floats:
@@ -50,7 +50,7 @@ def _factorised(pairs: Ints, weights: Floats, count: int) -> SuperLU:
 
 
 def _synchronised(frames: Ints, angles: Floats, weights: Floats, solver: SuperLU, count: int) -> Floats:
-    """(count,) rad by which each frame is turned."""
+    """Return the rotation (count,) of each frame, rad."""
     turn = angles[:, 0] - angles[:, 1] - np.pi
     around = adjacency(frames.ravel(), np.repeat(np.arange(len(frames)), 2), count)
     turns, squares = along_tree(frames, turn, 1.0 / weights, around), np.inf
@@ -65,9 +65,13 @@ def _synchronised(frames: Ints, angles: Floats, weights: Floats, solver: SuperLU
 
 
 def along_tree(frames: Ints, turn: Floats, variances: Floats, around: Adjacency) -> Floats:
-    """(n,) rad by which each frame is turned: over joints of the least total variance from the first of its component.
+    """Return the rotation of each frame along a minimum-variance tree.
 
-    frames (j, 2) and turn (j,) rad of the joints; variances (j,): short edges tell turns better than a long one does.
+    Joints of the least total variance lead from the first frame of each component.
+    frames: (j, 2), of the joints.
+    turn: (j,) rad, between them.
+    variances: (j,); short edges determine rotations better than a long one does.
+    Returns (n,) rad.
     """
     count, most = len(around.start) - 1, len(around.items) + 1
     turns, seen = np.zeros(count), np.zeros(count, bool)
@@ -81,8 +85,10 @@ def _follow_tree(
     frames: Ints, turn: Floats, variances: Floats, start: Ints, items: Ints, turns: Floats, seen: Mask,
     heap: Ints, total: Floats, frame: Ints, turned: Floats,
 ) -> None:  # fmt: skip
-    """Write the turns (n,). heap (k,) is a binary heap of ways that wait: of total (k,) variance, to a frame (k,) that
-    is turned (k,) by it."""
+    """Write the rotations (n,), following the paths in order of variance.
+
+    heap: (k,), binary heap of the waiting paths: of total (k,) variance, to a frame (k,) that is rotated (k,) by it.
+    """
     for root in range(len(turns)):
         if seen[root]:
             continue
@@ -107,7 +113,10 @@ def _follow_tree(
 
 @numba.njit(cache=True)
 def _before(one: int, other: int, total: Floats, frame: Ints, turned: Floats) -> bool:
-    """Whether one way comes before the other: of two with the same variance that to the frame of less number."""
+    """Return whether one path comes before the other.
+
+    Of two with the same variance it is the one to the frame with the smaller number.
+    """
     if total[one] != total[other]:
         return bool(total[one] < total[other])
     if frame[one] != frame[other]:
@@ -127,7 +136,10 @@ def _rise(heap: Ints, size: int, way: int, total: Floats, frame: Ints, turned: F
 
 @numba.njit(cache=True, inline="always")
 def _sink(heap: Ints, size: int, total: Floats, frame: Ints, turned: Floats) -> None:
-    """Put the last way of the heap, which is then of this size, in the place of the first."""
+    """Replace the first path of the heap by the last, and sink it.
+
+    size: of the heap without the last.
+    """
     place, child, way = 0, 1, heap[size]
     while child < size:
         if child + 1 < size and _before(heap[child + 1], heap[child], total, frame, turned):
@@ -140,13 +152,21 @@ def _sink(heap: Ints, size: int, total: Floats, frame: Ints, turned: Floats) -> 
 
 
 def _vectors(directions: Floats, lengths: Floats) -> Floats:
-    """(j, 2) mm: joints in the directions (j, 2) rad outward from both ends, the mean of the two."""
+    """Return the vectors of joints, the mean of those from both ends.
+
+    directions: (j, 2) rad, outward from both ends. Returns (j, 2) mm.
+    """
     found = np.stack([np.cos(directions), np.sin(directions)], axis=-1)
     mean = found[:, 0] - found[:, 1]
     return np.asarray(mean * (lengths / np.maximum(np.linalg.norm(mean, axis=1), SMALL))[:, None])
 
 
 def _divergence(pairs: Ints, flows: Floats, count: int) -> Floats:
-    """(count, d) what flows (j, d) from the first of each pair (j, 2) to the second leave at either."""
+    """Return the divergence of flows over pairs of nodes.
+
+    pairs: (j, 2).
+    flows: (j, d), from the first of each pair to the second.
+    Returns (count, d).
+    """
     a, b = pairs.T
     return np.stack([np.bincount(b, f, count) - np.bincount(a, f, count) for f in flows.T], axis=1)

@@ -1,8 +1,9 @@
-"""Signs of the faces that are folded over, from the lengths of their sides.
+"""Signs of the faces that are folded over, from the edge lengths.
 
-The signed angles round an inner vertex add up to 2π, or to 0 where it lies outside its neighbours. Where they do not,
-the normals have misled. Few signs make them do so, most often in one way and its reverse: the fan of the vertex then
-tells which of its faces lie the same way round, and fans that share a face tell it of all of theirs.
+The signed angles round an inner vertex add up to 2π, or to 0 where it is outside its neighbours. Where they do not, the
+normals are misleading. Few signs make them do so, most often one set and its reverse: the fan of the vertex then
+determines which of its faces have the same orientation, and fans that have a face in common determine it for all of
+theirs.
 """
 
 from __future__ import annotations
@@ -21,15 +22,18 @@ from restore.numerics.limits import SINGLE_TINY, SMALL
 from restore.numerics.robust import MAD_TO_SIGMA
 from restore.scan import Floats, Ints
 
-MOST_WAYS = 2048  # to close a fan of twelve faces, which are all tried; other fans tell of the faces of larger ones
-BY_CHANCE = 0.5  # fans that close by chance in one of their ways: if more may, that one does is no evidence
+MAX_WAYS = 2048  # to close a fan of twelve faces, which are all tried; larger fans follow from their neighbours
+BY_CHANCE = 0.5  # probability that a fan closes by chance; above it, that it closes proves nothing
 
 
 def closing_signs(positions: Floats, network: Network, signs: Floats) -> Iterator[Floats]:
-    """(m,) signs of faces over positions (n, 3) mm with which the fans of inner vertices close, the likeliest first.
+    """Yield face signs with which the fans of inner vertices close.
 
-    signs (m,) are those by the normals. They turn the largest group of faces whose fans tell of each other, the normals
-    beside it other groups and single faces; then most faces of each group are upright; then all, if noise has misled.
+    The likeliest come first: the largest group of faces whose fans determine each other is reversed, and by the normals
+    other groups and single faces; then most faces of each group are upright; then all, if noise has misled.
+    positions: (n, 3) mm.
+    signs: (m,), by the normals.
+    Yields (m,).
     """
     ways, group = told_together(network.faces, network.sides, network.lengths, signs)
     largest = group == np.bincount(group).argmax()
@@ -40,14 +44,18 @@ def closing_signs(positions: Floats, network: Network, signs: Floats) -> Iterato
 
 
 def _turned(ways: Floats, group: Ints, signs: Floats) -> Floats:
-    """(m,) the ways, 1 or −1, that faces lie within their groups (m,), each turned to agree with most signs (m,)."""
+    """Return the orientations within groups, each to agree with most signs.
+
+    ways, group, signs: (m,); a whole group is reversed where most of its signs differ. Returns (m,) ±1.
+    """
     return np.asarray(np.where(np.bincount(group, ways * signs)[group] < 0.0, -ways, ways))
 
 
 def told_together(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> tuple[Floats, Ints]:
-    """Which way round, 1 or −1, each face (m,) lies within its group (m,) of faces whose fans tell of each other.
+    """Orient faces consistently where vertex fans allow one solution.
 
-    One group with the signs (m,) as they are where nothing can be told.
+    Returns signs (m,), ±1 within a group, and group numbers (m,). Where the fans determine nothing, one group with the
+    given signs (m,).
     """
     angles, corners = corner_angles(faces, sides, lengths), faces.ravel()
     inner = inner_vertices(sides, int(faces.max()) + 1)
@@ -61,10 +69,10 @@ def told_together(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> 
     known = upright & (gaps <= chance)
     fans = np.flatnonzero(inner & ~known)
     open_fans = int((gaps[fans] > chance).sum())
-    ways = min(BY_CHANCE * pi / (chance * max(open_fans, 1)), MOST_WAYS)  # of more some would close by chance
+    ways = min(BY_CHANCE * pi / (chance * max(open_fans, 1)), MAX_WAYS)  # of more some would close by chance
     if open_fans == 0 or ways < 4.0:  # those of the smallest fan, of three faces
         return signs, np.zeros(len(faces), np.int64)
-    # An angle that is no more than chance tells nothing of its face.
+    # An angle that is no more than chance says nothing of its face.
     told = 2.0 * angles > chance
     around = adjacency(corners[told], np.flatnonzero(told), len(inner))
     parent, turn = np.arange(len(faces)), np.ones(len(faces))
@@ -85,17 +93,20 @@ def _tell(
     known: Ints, fans: Ints, start: Ints, corners: Ints, angles: Floats, signs: Floats, chance: float, most: int,
     parent: Ints, turn: Floats, chosen: Floats, found: Floats,
 ) -> None:  # fmt: skip
-    """Write to parent (m,) the face that stands for the group of each, and to turn (m,) how it lies to that: 1 or −1.
+    """Write the group of each face and its orientation within the group.
 
     The fans of known vertices join their faces by their signs, then each of the other `fans`, of `most` faces at most,
-    does that closes in one way. The corners (c,) of vertex i are those from start[i] on. chosen and found are scratch.
+    does that closes in one way. The corners (c,) of vertex i are those from start[i] on.
+    parent: (m,), the face that stands for the group of each.
+    turn: (m,), orientation relative to that face, ±1.
+    chosen, found: scratch.
     """
     for i in known:
         for q in range(start[i], start[i + 1]):
             found[q - start[i]] = signs[corners[q] // 3]
         _join(corners[start[i] : start[i + 1]], found, parent, turn)
     asked, left = -1, len(fans)
-    while left != asked:  # what one fan tells may leave its neighbour but one way to close
+    while left != asked:  # one fan may leave its neighbour a single way to close
         asked, left = left, 0
         for k in range(asked):
             i = fans[k]
@@ -114,7 +125,10 @@ def _tell(
 def _ways(
     own: Ints, angles: Floats, chance: float, parent: Ints, turn: Floats, chosen: Floats, found: Floats
 ) -> int:  # fmt: skip
-    """In how many ways that agree with what is known a fan of own corners (k,) closes. If in one, that joins them."""
+    """Count the known-compatible ways in which a fan closes.
+
+    own: (k,) corners of the fan. If one way is left, it joins their faces.
+    """
     ways = 0
     for bits in range(1 << max(len(own) - 1, 0)):
         total = 0.0
@@ -132,7 +146,10 @@ def _ways(
 
 @numba.njit(cache=True)
 def _root(f: int, parent: Ints, turn: Floats) -> tuple[int, float]:
-    """The face that stands for the group of face f, and whether f lies the same way round, 1, or not, −1."""
+    """Return the root face of the group of f, and f's orientation, ±1.
+
+    The orientation is relative to the root face.
+    """
     root, way = f, 1.0
     while parent[root] != root:
         way *= turn[root]
@@ -143,7 +160,7 @@ def _root(f: int, parent: Ints, turn: Floats) -> tuple[int, float]:
 
 @numba.njit(cache=True, inline="always")
 def _agree(own: Ints, signs: Floats, parent: Ints, turn: Floats) -> bool:
-    """Whether signs (k,) of the faces of own corners (k,) contradict nothing that is known."""
+    """Return whether signs (k,) of own corners (k,) contradict nothing known."""
     for q in range(len(own)):
         root, way = _root(own[q] // 3, parent, turn)
         for other in range(q):
@@ -155,7 +172,10 @@ def _agree(own: Ints, signs: Floats, parent: Ints, turn: Floats) -> bool:
 
 @numba.njit(cache=True)
 def _join(own: Ints, signs: Floats, parent: Ints, turn: Floats) -> None:
-    """Make the faces of own corners (k,) one group, in place, by their signs (k,); what is known already stays."""
+    """Join the faces of own corners (k,) into one group by signs (k,).
+
+    In place; what is known already stays.
+    """
     for q in range(1, len(own)):
         root, way = _root(own[0] // 3, parent, turn)
         same, turned = _root(own[q] // 3, parent, turn)

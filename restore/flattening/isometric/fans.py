@@ -1,9 +1,9 @@
-"""Signed angle fans: the directions of all edges round a vertex, from the edge lengths alone.
+"""Signed angle fans: edge directions round a vertex, from lengths alone.
 
-The faces round a vertex are laid out one after the other, each by the angle that its lengths give. A face that is
-folded over in space counts backwards. Where the fan closes, its angles are scaled to 2π, unless their sum is
-less than π: round a vertex that lies outside its neighbours they add up to 0. A vertex at which faces meet that share
-no edge there (a non-manifold vertex) has several fans, each with a frame of its own.
+The faces round a vertex are unfolded one after the other, each by the angle that its lengths give. A face that is
+folded over in space counts backwards. Where the fan closes, its angles are scaled to 2π, unless their sum is less than
+π: round a vertex outside its neighbours they add up to 0. A vertex at which faces meet without a common edge there (a
+non-manifold vertex) has several fans, each with a separate frame.
 """
 
 from __future__ import annotations
@@ -20,11 +20,15 @@ from restore.scan import Floats, Ints
 
 
 class Fans(NamedTuple):
-    """owner (k,): the vertex of each fan. For every joint, an edge seen from a face at either of its ends:
+    """Fans of vertices and the joints between them.
 
-    ends (j, 2): its vertices; fans (j, 2): the fans there; angles (j, 2) rad: its direction outward in their frames;
-    edge (j,): which edge it is. An inner edge is one joint. One of three faces, whose fans are others at each of them,
-    is five: one for each face, and one from each to the next.
+    A joint is an edge seen from a face at either of its ends. An inner edge is one joint. One of three faces, whose
+    fans are others at each of them, is five: one for each face, and one from each to the next.
+    owner: (k,), the vertex of each fan.
+    ends: (j, 2), vertices of each joint.
+    fans: (j, 2), the fans there.
+    angles: (j, 2) rad, its direction outward in their frames.
+    edge: (j,), its edge.
     """
 
     owner: Ints
@@ -35,7 +39,11 @@ class Fans(NamedTuple):
 
 
 def angle_fans(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Fans:
-    """The fans of the vertices of faces (m, 3), all wound the same way round, and edges of lengths (e,) mm."""
+    """Return the fans of the vertices of consistently oriented faces.
+
+    faces: (m, 3).
+    lengths: (e,) mm, of the edges.
+    """
     opposite, angles = _opposite(faces, sides), np.repeat(signs, 3) * corner_angles(faces, sides, lengths)
     fan, first, start, end = (
         np.full(faces.size, -1),
@@ -55,7 +63,10 @@ def angle_fans(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Fan
 
 
 def _joints(sides: Sides, opposite: Ints) -> tuple[Ints, Ints, Ints]:
-    """The edge (j,) of each joint, and the sides (j,) and (j,) from which its ends are seen: as `Fans` has them."""
+    """Return the edge of each joint and the sides from which it is seen.
+
+    All three are (j,), in the order of `Fans`.
+    """
     begins = np.zeros(len(sides.at), bool)
     begins[sides.first[:-1]] = True
     place = np.flatnonzero(begins | (opposite[sides.at] < 0))
@@ -68,7 +79,10 @@ def _joints(sides: Sides, opposite: Ints) -> tuple[Ints, Ints, Ints]:
 
 
 def _opposite(faces: Ints, sides: Sides) -> Ints:
-    """(3·m,) the side that runs back along each, −1 where there is none or more than one."""
+    """Return the side that runs back along each side, (3·m,).
+
+    −1 where it is not exactly one.
+    """
     opposite, begins = np.full(faces.size, -1), faces.ravel()
     shared = sides.first[:-1][np.diff(sides.first) == 2]
     one, other = sides.at[shared], sides.at[shared + 1]
@@ -79,8 +93,11 @@ def _opposite(faces: Ints, sides: Sides) -> Ints:
 
 @numba.njit(cache=True)
 def _lay_out(opposite: Ints, angles: Floats, fan: Ints, first: Ints, start: Floats, end: Floats) -> int:
-    """Write the fan of every corner (3·m,), the first corner of every fan, and the directions (3·m,) rad of the two
-    sides of every corner in its fan; how many fans there are."""
+    """Write the fan of every corner and the directions of its two sides.
+
+    fan, start, end: (3·m,), the directions in rad in the corner's fan. Returns the number of fans, whose first corners
+        are written to first.
+    """
     found = 0
     for bordered in (True, False):  # open fans from their first face on, then what is left: closed ones
         for corner in range(len(opposite)):

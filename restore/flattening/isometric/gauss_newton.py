@@ -1,8 +1,9 @@
-"""The flat positions of least strain near a start: Gauss–Newton on the sum of squared edge strains.
+"""Flat positions of least strain near a start, by Gauss–Newton.
 
-The normal equations of a step are the page's own stiffness matrix. It is never built: conjugate gradients (Hestenes &
-Stiefel 1952) need its product with a displacement, which is one pass over the edges. A factorisation costs ten times as
-much at a thousand vertices and a gigabyte at a hundred thousand (`preconditioner.py`).
+It minimises the sum of squared edge strains. The normal equations of a step are the page's own stiffness matrix. It is
+never built: conjugate gradients (Hestenes & Stiefel 1952) need its product with a displacement, which is one pass over
+the edges. A factorisation costs ten times as much at a thousand vertices and a gigabyte at a hundred thousand
+(`preconditioner.py`).
 """
 
 from __future__ import annotations
@@ -22,26 +23,29 @@ from restore.numerics.limits import SMALL, TINY, overflows_silently, sum_in_orde
 from restore.numerics.robust import robust_sigma
 from restore.scan import Floats, Ints
 
-MOST_ITERATIONS = 200  # a developable sheet needs two to five, the least distorted page of another dozens
+MAX_ITERATIONS = 200  # a developable sheet needs two to five, the least distorted page of another dozens
 GRADIENT_TOLERANCE = 3e-6  # rms strain that a vertex could be relieved of alone, times √n: of a strain that changes
 # along the whole page alone a vertex feels one part in √n. What is left moves a vertex by 10⁻⁵ of an edge
-LEAST_DECREASE = 0.01  # of the energy in an iteration: steps to exact lengths decrease it by nearly all, and where
+MIN_DECREASE = 0.01  # of the energy in an iteration: steps to exact lengths decrease it by nearly all, and where
 # lengths contradict each other they get slowly shorter
-MOST_STRAIN = 0.03  # rms: no paper stretches so far. What does is not developable, or not a mesh of one sheet;
-# and a page that stands still where its vertices could be relieved of so much has not been found
+MAX_STRAIN = 0.03  # rms: no paper stretches so far. What does is not developable, or not a mesh of one sheet;
+# and a page that stands still where its vertices could be relieved of that much has not been found
 INEXACTNESS = 0.03  # of the gradient, by its work, may be left by a linear solve: with more, bends of the page are left
 
 
 @overflows_silently
 def minimise_strain(
-    flat: Floats, network: Network, most: int = MOST_ITERATIONS, *, corner: float = np.inf, other: Floats | None = None
+    flat: Floats, network: Network, most: int = MAX_ITERATIONS, *, corner: float = np.inf, other: Floats | None = None
 ) -> Solution:
-    """Flat positions (n, 2) mm of least Σ area · ρ(length / rest length − 1) over the edges of a network.
+    """Minimise Σ area · ρ(length / rest length − 1) over the edges.
 
     The area is that of the faces at an edge: the sum stands for the integral over the page. ρ(s) is s², and beyond the
-    corner, a strain, becomes 2 · corner · |s| (pseudo-Huber): a few wrong rest lengths then hardly move the page.
-    Where other (e,) mm are given, each edge has two rest lengths: any length between them costs nearly the same.
-    An iteration that decreases the sum by a smaller share than LEAST_DECREASE is the last.
+    corner, a strain, becomes 2 · corner · |s| (pseudo-Huber): a few wrong rest lengths then hardly move the page. An
+    iteration that decreases the sum by a smaller fraction than MIN_DECREASE is the last.
+    flat: (n, 2) mm, the start.
+    most: maximum number of iterations.
+    other: (e,) mm, a second rest length for each edge; any length between the two costs nearly the same.
+    Returns flat positions (n, 2) mm.
     """
     lengths = network.lengths[:, None] if other is None else np.column_stack([network.lengths, other])
     areas = edge_areas(network)
@@ -67,19 +71,28 @@ def least_absolute_strain(found: Solution, network: Network, other: Floats | Non
 
 
 def mean_strain(flat: Floats, network: Network) -> float:
-    """By what share the edges of flat (n, 2) mm miss their rest lengths, over the length of all of them."""
+    """Return the mean relative error of the edge lengths of a page.
+
+    flat: (n, 2) mm. Weighted by the lengths.
+    """
     return float(np.abs(straight_lengths(flat, network.edges) - network.lengths).sum() / network.lengths.sum())
 
 
 def strained_less(flat: Floats, other: Floats, network: Network) -> bool:
-    """Whether flat (n, 2) mm is strained less than other (n, 2) mm, in the mean and by more than GRADIENT_TOLERANCE."""
+    """Return whether a page is strained clearly less than another.
+
+    flat, other: (n, 2) mm. In the mean, and by more than GRADIENT_TOLERANCE.
+    """
     return mean_strain(flat, network) < mean_strain(other, network) - GRADIENT_TOLERANCE
 
 
 @overflows_silently
 def edge_areas(network: Network) -> Floats:
-    """(e,) a third of the areas at rest of the faces at each edge, with a mean of 1; none is less than SHORTEST but of
-    shorter edges, or no step would be too long for a vertex that slivers alone hold."""
+    """Return the area at rest that each edge stands for.
+
+    It is a third of the areas of its faces, with a mean of 1. None is less than SHORTEST but of shorter edges, or no
+    step would be too long for a vertex that slivers alone hold. Returns (e,).
+    """
     edge, lengths, count = network.sides.edge, network.lengths, len(network.lengths)
     thirds = np.repeat(network.areas, 3)[edge >= 0] / 3.0
     areas: Floats = np.asarray(np.bincount(edge[edge >= 0], thirds, count), np.float64)
@@ -88,8 +101,13 @@ def edge_areas(network: Network) -> Floats:
 
 
 class Linearised(NamedTuple):
-    """Jacobian (e, 2) of the strains, weighed by the roots of areas, for the end of each edge; of the sum of squares
-    its negative gradient (n, 2), the diagonal blocks (n, 3) of its stiffness, xx, xy, yy, and itself, the energy."""
+    """Linearisation of the energy at a page.
+
+    jacobian: (e, 2), of the strains, weighted by the roots of areas, for the end of each edge.
+    gradient: (n, 2), negative, of the sum of squares.
+    blocks: (n, 3), diagonal blocks of its stiffness: xx, xy, yy.
+    energy: the sum of squares.
+    """
 
     jacobian: Floats
     gradient: Floats
@@ -100,9 +118,11 @@ class Linearised(NamedTuple):
 def _minimise(
     flat: Floats, edges: Ints, per: Floats, areas: Floats, corner: float, most: int
 ) -> tuple[int, float, bool]:
-    """As `minimise_strain`, flat (n, 2) mm in place, of vertices and edges (e, 2) in the order of `rim_first`.
+    """Minimise as `minimise_strain`, in place.
 
-    per (e, ·) 1/mm: one over each rest length of an edge. A step that would strain the page more is halved.
+    flat: (n, 2) mm, in the order of `rim_first`, as are the edges (e, 2).
+    per: (e, ·) 1/mm, one over each rest length of an edge.
+    A step that would strain the page more is halved.
     """
     tolerance = GRADIENT_TOLERANCE / sqrt(len(flat))
     now = _linearised(flat, edges, per, areas, corner)
@@ -125,16 +145,17 @@ def _minimise(
             flat += further * step
             now = _linearised(flat, edges, per, areas, corner)
         residual = _relief(now)
-        if now.energy > (1.0 - LEAST_DECREASE) * before.energy:
-            return iteration + 1, residual, residual <= MOST_STRAIN
+        if now.energy > (1.0 - MIN_DECREASE) * before.energy:
+            return iteration + 1, residual, residual <= MAX_STRAIN
     return most, residual, False
 
 
 def _further(before: Floats, after: Floats, step: Floats) -> float:
-    """By what share of a step (n, 2) to go on along it, from the negative gradients (n, 2) before and after it.
+    """Return by which fraction of a step to extend it.
 
-    The squares that stand for a loss bound it from above, and their steps fall short: to where the slope along the
-    step vanishes by the secant, which is no more than as far again if the loss shall not grow.
+    The squares that stand for a loss bound it from above, and their steps fall short. The step is extended to where the
+    slope along it vanishes by the secant, at most to twice its length so that the loss does not grow.
+    before, after: (n, 2), negative gradients before and after the step (n, 2).
     """
     first, last = sum_in_order((before * step).ravel()), sum_in_order((after * step).ravel())
     return min(last / (first - last), 1.0) if 0.0 < last < first else 0.0
@@ -143,7 +164,10 @@ def _further(before: Floats, after: Floats, step: Floats) -> float:
 def conjugate_gradients(
     step: Floats, edges: Ints, jacobian: Floats, rest: Floats, by: Preconditioner, share: float
 ) -> int:
-    """Go on with a step (n, 2) until only a share of its rest (n, 2) is left, both in place; in how many passes."""
+    """Solve for a step until the fraction `share` of the residual is left.
+
+    step: (n, 2), continued in place, as is its residual `rest` (n, 2). Returns the number of passes.
+    """
     return int(_go_on(step, edges, jacobian, rest, by, share, np.zeros_like(rest), *np.empty((2, *rest.shape))))
 
 
@@ -152,7 +176,11 @@ def _go_on(
     step: Floats, edges: Ints, jacobian: Floats, rest: Floats, by: Preconditioner, share: float,
     search: Floats, product: Floats, direction: Floats,
 ) -> int:  # fmt: skip
-    """As `conjugate_gradients`; search (n, 2) is zeros, product and direction (n, 2) are scratch."""
+    """Iterate `conjugate_gradients`.
+
+    search: (n, 2) zeros.
+    product, direction: (n, 2) scratch.
+    """
     before, wanted = np.inf, 0.0
     for taken in range(rest.size):
         now = precondition(by, edges, jacobian, rest, direction)
@@ -184,7 +212,13 @@ def _linearise(
     flat: Floats, edges: Ints, per: Floats, areas: Floats, steep: float,
     jacobian: Floats, gradient: Floats, blocks: Floats,
 ) -> float:  # fmt: skip
-    """Write the Jacobian (e, 2), add to gradient (n, 2) and blocks (n, 3); the energy. steep: 1 / corner."""
+    """Write the Jacobian, add to gradient and blocks, return the energy.
+
+    jacobian: (e, 2).
+    gradient: (n, 2).
+    blocks: (n, 3).
+    steep: 1 / corner.
+    """
     energy = 0.0
     for k in range(len(edges)):
         a, b = edges[k, 0], edges[k, 1]
@@ -226,7 +260,10 @@ def _relief(at: Linearised) -> float:
 
 @numba.njit(cache=True)
 def _stiffness_times(moved: Floats, jacobian: Floats, edges: Ints, product: Floats) -> float:
-    """Write the stiffness matrix times a displacement (n, 2); the quadratic form of the displacement."""
+    """Write the stiffness matrix times a displacement (n, 2).
+
+    Returns the quadratic form of the displacement.
+    """
     total = 0.0
     for i in range(len(product)):
         product[i, 0] = product[i, 1] = 0.0

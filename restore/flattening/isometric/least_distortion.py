@@ -1,7 +1,8 @@
-"""The page of a surface that is not developable: no inverted face, the least symmetric Dirichlet energy.
+"""The least distorted page of a surface that is not developable.
 
-Scalable locally injective mapping (Rabinovich, Poranne, Panozzo & Sorkine-Hornung 2017, in libigl) from Tutte's
-embedding on a circle, which inverts no face of a disc. It knows the faces in space alone, no other lengths.
+Without inverted faces and with the least symmetric Dirichlet energy, by scalable locally injective mapping (Rabinovich,
+Poranne, Panozzo & Sorkine-Hornung 2017, in libigl) from Tutte's embedding on a circle, which inverts no face of a disc.
+It knows the faces in space alone, no other lengths.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
-from restore.flattening.isometric.gauss_newton import MOST_ITERATIONS
+from restore.flattening.isometric.gauss_newton import MAX_ITERATIONS
 from restore.flattening.solution import Solution
 from restore.mesh.measures import signed_areas, surface_area
 from restore.mesh.network import Network
@@ -22,7 +23,10 @@ STILL = 1e-4  # of its size the page moves in an iteration, rms: it is then with
 
 
 def least_distorted_page(vertices: Floats, network: Network) -> Solution:
-    """Flat positions (n, 2) mm of a disc with vertices (n, 3) mm, no face inverted, at the scale of the surface."""
+    """Flatten a disc without inverted faces, at the scale of the surface.
+
+    vertices: (n, 3) mm. Returns flat positions (n, 2) mm.
+    """
     import igl
 
     faces = network.faces
@@ -33,7 +37,7 @@ def least_distorted_page(vertices: Floats, network: Network) -> Solution:
     start = start * size / np.sqrt(abs(float(signed_areas(start, faces).sum())))
     steps = slim(vertices, faces, start, 1)
     flat, moved, iterations = start, np.inf, 0
-    while iterations < MOST_ITERATIONS and moved > STILL:
+    while iterations < MAX_ITERATIONS and moved > STILL:
         iterations += 1
         flat, before = next(steps), flat
         moved = float(np.sqrt(((flat - before) ** 2).sum(axis=1).mean())) / size
@@ -41,7 +45,10 @@ def least_distorted_page(vertices: Floats, network: Network) -> Solution:
 
 
 def slim(vertices: Floats, faces: Ints, start: Floats, step: int) -> Iterator[Floats]:
-    """The page (n, 2) after each `step` iterations, without end, from a start (n, 2) without inverted faces."""
+    """Yield the page (n, 2) after each `step` iterations, without end.
+
+    start: (n, 2), without inverted faces.
+    """
     import igl
 
     data = igl.slim_precompute(
@@ -58,9 +65,12 @@ def slim(vertices: Floats, faces: Ints, start: Floats, step: int) -> Iterator[Fl
 
 
 def embedded(edges: Ints, count: int, held: Ints, places: Floats) -> Floats:
-    """(count, 2) Tutte's embedding: each vertex at the mean of its neighbours, the held ones (k,) at places (k, 2).
+    """Return Tutte's embedding: each vertex at the mean of its neighbours.
 
     Where the held vertices are the border of a disc, in order round a convex curve, no face is inverted (Tutte 1963).
+    held: (k,).
+    places: (k, 2), of the held ones.
+    Returns (count, 2).
     """
     a, b = edges.T
     joined = csc_matrix((np.ones(2 * len(a)), (np.r_[a, b], np.r_[b, a])), shape=(count, count))

@@ -1,8 +1,8 @@
-"""The default method: the page whose edges are nearest to their lengths on the surface.
+"""The default method: the page whose edges keep their surface lengths.
 
 A start from the lengths alone (`angle_synchronisation.py`), exact where the lengths are those of a developable surface,
-and two others where faces are inverted; Gauss–Newton on the squared and then the absolute edge strains; repair of
-faces that inverted without being folded in space.
+and two others where faces are inverted; Gauss–Newton on the squared and then the absolute edge strains; repair of faces
+that inverted without being folded in space.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from restore.flattening.conformal import flatten_conformal
 from restore.flattening.isometric.angle_synchronisation import flat_from_lengths
 from restore.flattening.isometric.fan_orientation import closing_signs
 from restore.flattening.isometric.fans import angle_fans
-from restore.flattening.isometric.gauss_newton import MOST_STRAIN, least_absolute_strain, minimise_strain, strained_less
+from restore.flattening.isometric.gauss_newton import MAX_STRAIN, least_absolute_strain, minimise_strain, strained_less
 from restore.flattening.isometric.least_distortion import least_distorted_page
 from restore.flattening.isometric.repair import inverted_count, opened, repaired
 from restore.flattening.solution import Follow, Solution
@@ -27,13 +27,15 @@ from restore.mesh.pose import PosedSheet
 from restore.scan import Floats, Ints
 
 TRIED = 4  # iterations of another start: by then it is strained less than the page that is found, or hardly ever is
-CAP = 0.1  # of the strain of an edge that counts there: few edges, of slivers or a spike, do not tell of a surface
+CAP = 0.1  # of the strain of an edge that counts there: a few edges, of slivers or a spike, say nothing of a surface
 
 
 def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
-    """Flat positions (n, 2) mm of a connected sheet with its convergence; the global start counts as an iteration.
+    """Flatten a connected sheet by the default method.
 
-    follow(step, positions (n, 3) mm) is called with the page of least squares and with the result.
+    The global start counts as an iteration.
+    follow: called as follow(step, positions (n, 3) mm) with the page of least squares and with the result.
+    Returns flat positions (n, 2) mm with their convergence.
     """
     found, signs = _least_squares(posed, network, follow)
     again = least_absolute_strain(found, network)
@@ -44,12 +46,18 @@ def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None
 
 
 def flatten_by_least_squares(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
-    """As `flatten_isometric`, but by the squares of the strains alone: a page to go on from."""
+    """Flatten as `flatten_isometric`, by the squared strains alone.
+
+    It is a start for further steps.
+    """
     return _least_squares(posed, network, follow)[0]
 
 
 def _least_squares(posed: PosedSheet, network: Network, follow: Follow | None) -> tuple[Solution, Floats]:
-    """The page of least squared strain near the start that misses the lengths least, and the signs (m,) of faces."""
+    """Return the page of least squared strain, and the signs of its faces.
+
+    The page is found near the start that misses the lengths least; the signs are (m,).
+    """
     start, signs = _start(posed, network)
     found = opened(minimise_strain(start, network), network, signs)
     for other in _other_starts(posed, network):
@@ -64,9 +72,10 @@ def _least_squares(posed: PosedSheet, network: Network, follow: Follow | None) -
 
 
 def _start(posed: PosedSheet, network: Network) -> tuple[Floats, Floats]:
-    """The start (n, 2) mm from the lengths alone, and the signs (m,) of the faces that it goes with.
+    """Return the start from the lengths alone, and its face signs.
 
-    The signs are those of the normals, or of those that `closing_signs` offers, whose start is strained least.
+    The signs (m,) are those of the normals, or of those that `closing_signs` offers, whose start (n, 2) mm is strained
+    least.
     """
     signs = face_signs(posed.positions, network.faces)
     start, tried = _start_with(network, signs), [signs]
@@ -84,29 +93,41 @@ def _start_with(network: Network, signs: Floats) -> Floats:
 
 
 def _other_starts(posed: PosedSheet, network: Network) -> Iterator[Floats]:
-    """The view from above (n, 2) mm, which knows nothing of faces that are folded over, and the conformal map."""
+    """Yield further starts (n, 2) mm: the view from above, the conformal map.
+
+    The view from above knows nothing of faces that are folded over.
+    """
     yield posed.positions[:, :2]
     with suppress(BadInput):  # parts that hang together by single points, or faces without an area
         yield flatten_conformal(posed, network).flat
 
 
 def flatten_least_distorted(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
-    """As `flatten_isometric`, and a disc that is strained by more than MOST_STRAIN the least distorted page instead."""
+    """Flatten as `flatten_isometric`, or with least distortion.
+
+    A disc that is strained by more than MAX_STRAIN becomes the least distorted page.
+    """
     found = flatten_isometric(posed, network, follow)
     strained = stretched(found.flat, network.edges, network.lengths) and network.topology.is_disc
     return least_distorted_page(posed.positions, network) if strained else found
 
 
 def stretched(flat: Floats, edges: Ints, lengths: Floats) -> bool:
-    """Whether edges (e, 2) of flat (n, 2) mm are strained from lengths (e,) mm by more than MOST_STRAIN rms."""
+    """Return whether a page is strained by more than MAX_STRAIN rms.
+
+    flat: (n, 2) mm.
+    edges: (e, 2), of lengths (e,) mm on the surface.
+    """
     strain = np.minimum(np.abs(edge_strain(flat, edges, lengths)), CAP)
-    return bool((strain**2).mean() > MOST_STRAIN**2)
+    return bool((strain**2).mean() > MAX_STRAIN**2)
 
 
 def least_strain_page(flat: Floats, network: Network, signs: Floats | None = None) -> Solution:
-    """The flat positions (n, 2) mm of least strain near a start, without inverted faces where that can be had.
+    """Return the page of least strain near a start.
 
-    signs (m,) are −1 for the faces that are folded in space; all are 1 when None.
+    It has no inverted faces where that is possible.
+    flat: (n, 2) mm.
+    signs: (m,), −1 for the faces that are folded in space; None when all are 1.
     """
     signs = np.ones(len(network.faces)) if signs is None else signs
     found = opened(minimise_strain(flat, network), network, signs)
@@ -114,10 +135,11 @@ def least_strain_page(flat: Floats, network: Network, signs: Floats | None = Non
 
 
 def least_absolute_page(flat: Floats, network: Network) -> Solution:
-    """The flat positions (n, 2) mm of least absolute strain near a start: a few wrong lengths hardly move them.
+    """Return the page of least absolute strain near a start.
 
-    Each connected piece by itself: lengths do not tell where one lies from another, and a common solution could put it
-    anywhere.
+    A few wrong lengths hardly move it. Each connected piece is solved separately: lengths do not determine where one
+    lies relative to another, and a common solution could put it anywhere.
+    flat: (n, 2) mm.
     """
     whole = Solution(flat.copy(), 0)
     for piece in pieces(network):

@@ -1,10 +1,10 @@
-"""What the stiffness of a page is solved by, nearly: a two-level preconditioner of conjugate gradients.
+"""Two-level preconditioner of conjugate gradients for a page's stiffness.
 
 Near by, an incomplete factor with entries for the edges alone: vertices are eliminated one after the other, those of
-the rim first. What that does to pairs of their neighbours is left out, what it does to each itself is kept (D-ILU:
-Pommerell 1992). An edge resists along itself alone and can lose no more than that: no pivot is negative, however thin
-the faces are. Far off, groups of neighbouring particles that move as if they were rigid: non-overlapping aggregates
-(Vaněk, Mandel & Brezina 1996, without their smoothing).
+the rim first. The fill-in between their neighbours is dropped, the change of the diagonal is kept (D-ILU: Pommerell
+1992). An edge resists along itself alone and can lose no more than that: no pivot is negative, however thin the faces
+are. Far off, groups of neighbouring particles that move as if they were rigid: non-overlapping aggregates (Vaněk,
+Mandel & Brezina 1996, without their smoothing).
 """
 
 from __future__ import annotations
@@ -41,9 +41,10 @@ class Preconditioner(NamedTuple):
 
 
 def prepared(flat: Floats, edges: Ints, gradients: Floats, blocks: Floats) -> Preconditioner:
-    """For vertices at flat (n, 2) mm with diagonal blocks (n, 3) and edges (e, 2), ordered by `rim_first`.
+    """Prepare the preconditioner of a page.
 
-    gradients (e, 2): of the strain of each edge when its end is moved.
+    flat: (n, 2), with diagonal blocks (n, 3) and edges (e, 2) ordered by `rim_first`.
+    gradients: (e, 2), of the strain of each edge when its end is moved.
     """
     owner, arms = _cells(flat)
     count = int(owner.max()) + 1
@@ -56,15 +57,21 @@ def prepared(flat: Floats, edges: Ints, gradients: Floats, blocks: Floats) -> Pr
 
 @numba.njit(cache=True)
 def precondition(by: Preconditioner, edges: Ints, gradients: Floats, force: Floats, way: Floats) -> float:
-    """Write the way (n, 2) of the vertices under forces (n, 2), nearly; the force along it."""
+    """Write the approximate displacement (n, 2) under forces (n, 2).
+
+    Returns the force along it.
+    """
     return substitute(edges, gradients, by.inverse, force, way) + correct_rigidly(by, force, way)
 
 
 def rim_first(flat: Floats, edges: Ints) -> tuple[Ints, Ints, Ints]:
-    """The order in which vertices of flat (n, 2) are eliminated, and their edges (e, 2) by the end that goes last.
+    """Order vertices for elimination, and edges by the end eliminated last.
 
-    The order of the vertices (n,) and of the edges (e,); and those edges with the places of their ends in it, the last
-    end second. A page that is turned, mirrored or numbered in another way has the same order.
+    A page that is rotated, mirrored or numbered differently has the same order.
+    flat: (n, 2).
+    edges: (e, 2).
+    Returns the order of the vertices (n,) and of the edges (e,), and those edges with the places of their ends in it,
+    the last end second.
     """
     x, y = _from_centre(flat)
     vertices = np.argsort(-(x * x + y * y), kind="stable")
@@ -98,7 +105,10 @@ def _invert_pivots(edges: Ints, gradients: Floats, blocks: Floats, inverse: Floa
 
 @numba.njit(cache=True)
 def substitute(edges: Ints, gradients: Floats, inverse: Floats, force: Floats, way: Floats) -> float:
-    """Write the way (n, 2) of the vertices under forces (n, 2) by the factor with these pivots; the force along it."""
+    """Write the displacement (n, 2) under forces by the factor's pivots.
+
+    force: (n, 2). Returns the force along the displacement.
+    """
     work, k = 0.0, 0
     for i in range(len(force)):
         x, y = force[i, 0], force[i, 1]
@@ -116,9 +126,11 @@ def substitute(edges: Ints, gradients: Floats, inverse: Floats, force: Floats, w
 
 
 def _cells(flat: Floats) -> tuple[Ints, Floats]:
-    """The cell (n,) of a grid that each of flat (n, 2) is in, and where it lies from their middle (n, 2).
+    """Assign vertices to the cells of a grid.
 
-    The grid lies along the page's principal axes about its centre: a page that is turned has the same cells.
+    The grid lies along the page's principal axes about its centre: a page that is rotated has the same cells.
+    flat: (n, 2).
+    Returns the cell (n,), and the position (n, 2) relative to the cell's centre.
     """
     x, y = _from_centre(flat)
     angle = 0.5 * atan2(2.0 * sum_in_order(x * y), sum_in_order(x * x) - sum_in_order(y * y))
@@ -138,9 +150,10 @@ def _cells(flat: Floats) -> tuple[Ints, Floats]:
 def _add_stiffness(
     owner: Ints, arms: Floats, edges: Ints, gradients: Floats, matrix: Floats, strain: Floats, row: Ints
 ) -> None:
-    """Add to the matrix (k, k) what the strain of an edge does to the modes of both its ends.
+    """Add the effect of an edge's strain on the modes of both its ends.
 
-    strain and row (2 · MODES,) are scratch.
+    matrix: (k, k).
+    strain, row: (2 · MODES,), scratch.
     """
     for k in range(len(edges)):
         if owner[edges[k, 0]] == owner[edges[k, 1]]:  # nothing within is strained
@@ -158,10 +171,11 @@ def _add_stiffness(
 
 @numba.njit(cache=True, fastmath={"reassoc"})
 def _factorise(matrix: Floats, least: Floats) -> None:
-    """The Cholesky factor, in place; 0 on the diagonal for a mode that nothing holds but rounding: it does not move.
+    """Factorise by Cholesky in place; 0 on the diagonal of a free mode.
 
-    That is told by all modes of an aggregate: particles in one line have hardly any stiffness across it, or to a turn.
-    least (k,) is scratch of zeros, one for each aggregate.
+    A mode that nothing but rounding holds does not move. All modes of an aggregate decide that: particles in one line
+    have hardly any stiffness across it, or against a rotation.
+    least: (k,) zeros, scratch, one for each aggregate.
     """
     for i in range(len(matrix)):
         least[i // MODES] += STIFFEN * STIFFEN * matrix[i, i]
@@ -178,7 +192,10 @@ def _factorise(matrix: Floats, least: Floats) -> None:
 
 @numba.njit(cache=True, fastmath={"reassoc"})
 def correct_rigidly(by: Preconditioner, force: Floats, way: Floats) -> float:
-    """Add to the way (n, 2) that of the rigid aggregates under forces (n, 2); the force along it."""
+    """Add the displacement (n, 2) of the rigid aggregates under forces.
+
+    force: (n, 2). Returns the force along it.
+    """
     owner, arms, factor, modes = by.owner, by.arms, by.factor, by.modes
     for i in range(len(modes)):
         modes[i] = 0.0

@@ -1,8 +1,8 @@
-"""Turn back the faces that a least-strain page has inverted.
+"""Repairs the faces that a least-strain page has inverted.
 
-Lengths alone cannot tell a corner of the border from its mirror image. Inside the page a face inverts where lengths
-contradict each other, mostly over a crease that no vertex samples. A face that is folded over in space is inverted on
-the page too, and rightly so: its sign is negative, and it is left alone.
+Lengths alone cannot distinguish a corner of the border from its mirror image. Inside the page a face inverts where
+lengths contradict each other, mostly over a crease that no vertex samples. A face that is folded over in space is
+inverted on the page too, and rightly so: its sign is negative, and it is left alone.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flattening.isometric.gauss_newton import MOST_ITERATIONS, minimise_strain, strained_less
+from restore.flattening.isometric.gauss_newton import MAX_ITERATIONS, minimise_strain, strained_less
 from restore.flattening.solution import Solution
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import Network
@@ -18,14 +18,15 @@ from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints
 
 OPEN = 0.02  # of its area on the surface is a face opened to, or rounding could turn it over
-CONTRADICTED = 0.5  # of its area on the surface: a face that lengths invert by so much is folded, whatever its normal
+CONTRADICTED = 0.5  # of its area on the surface: a face that lengths invert by that much is folded, whatever its normal
 
 
 def opened(found: Solution, network: Network, signs: Floats) -> Solution:
-    """The page of least strain near one whose inverted faces are opened, if fewer are and it is strained no more.
+    """Return the page with its inverted faces opened, if that is better.
 
-    Corners of the border invert, whose mirror images have the same lengths, and vertices that a start has put on the
-    wrong side. signs (m,) as for `repaired`.
+    Fewer must be inverted, and the page not strained more. Corners of the border invert, whose mirror images have the
+    same lengths, and vertices that a start has put on the wrong side.
+    signs: (m,), as for `repaired`.
     """
     inverted = inverted_count(found.flat, network.faces, signs)
     if not inverted:
@@ -36,9 +37,11 @@ def opened(found: Solution, network: Network, signs: Floats) -> Solution:
 
 
 def repaired(flat: Floats, network: Network, signs: Floats) -> Floats:
-    """Flat positions (n, 2) mm near a page of least strain without the inverted faces that the lengths leave open.
+    """Return a page without the inverted faces that the lengths leave open.
 
-    signs (m,) are −1 for the faces that are folded in space.
+    flat: (n, 2) mm, a page of least strain.
+    signs: (m,), −1 for the faces that are folded in space.
+    Returns (n, 2) mm, near the given page.
     """
     if not inverted_count(flat, network.faces, signs):
         return flat
@@ -48,12 +51,19 @@ def repaired(flat: Floats, network: Network, signs: Floats) -> Floats:
 
 
 def inverted_count(flat: Floats, faces: Ints, signs: Floats) -> int:
-    """How many faces (m, 3) of flat (n, 2) lie against their sign (m,); a face without area has none."""
+    """Count the faces whose orientation on the page is against their sign.
+
+    flat: (n, 2).
+    faces: (m, 3), with signs (m,). A face without area has no orientation.
+    """
     return int((signed_areas(flat, faces) * signs < 0.0).sum())
 
 
 def uninverted(flat: Floats, network: Network, signs: Floats) -> Floats:
-    """Flat positions (n, 2) mm with fewer inverted faces, if that can be; only the corners of such faces are moved."""
+    """Return a page with fewer inverted faces, where possible.
+
+    Only the corners of such faces are moved. Returns (n, 2) mm.
+    """
     turned, least = flat.copy(), OPEN * network.areas
     open_inverted(turned, network.faces, signs, least)
     fewer = inverted_count(turned, network.faces, signs) < inverted_count(flat, network.faces, signs)
@@ -61,12 +71,14 @@ def uninverted(flat: Floats, network: Network, signs: Floats) -> Floats:
 
 
 def open_inverted(flat: Floats, faces: Ints, signs: Floats, least: Floats) -> None:
-    """Move the corners of inverted faces, in place, until none is inverted: each is opened to its least area (m,) mm².
+    """Open inverted faces by moving their corners, in place.
 
-    flat (n, 2) mm. A face is opened along the gradient of its area: the least displacement that does it. In a sweep
-    the most inverted come first, whatever numbers they have.
+    A face is opened along the gradient of its area: the least displacement that does it. In a sweep the most inverted
+    come first, whatever numbers they have.
+    flat: (n, 2) mm.
+    least: (m,) mm², the area that each is opened to.
     """
-    for _ in range(MOST_ITERATIONS):  # as opening one may close its neighbours
+    for _ in range(MAX_ITERATIONS):  # as opening one may close its neighbours
         areas = signed_areas(flat, faces) * signs
         below = np.flatnonzero(areas < least)
         if _open(flat, faces, signs, least, below[np.argsort(areas[below], kind="stable")]) == 0:

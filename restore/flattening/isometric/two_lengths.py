@@ -1,7 +1,8 @@
-"""The page by the straight lengths of the edges, by their lengths along the surface, or between the two.
+"""Choice between straight edge lengths and lengths along the surface.
 
-A straight length is too short over a bend or a crease. A length along the surface is nearer, but wrong where noise, or
-a crease that no vertex samples, has misled its patches. Which contradict each other less tells which to believe.
+A straight length is too short over a bend or a crease. A length along the surface is more accurate, but wrong where
+noise, or a crease that no vertex samples, has misled its patches. The set of lengths that contradicts itself less is
+the better one.
 """
 
 from __future__ import annotations
@@ -21,11 +22,12 @@ from restore.scan import Floats
 
 
 def with_surface_lengths(page: FlatMesh, mesh: ValidMesh, along: Floats) -> FlatMesh:
-    """The page of a mesh by lengths (e,) mm along its surface, unless straight ones contradict each other less.
+    """Return the page by surface lengths, unless straight ones agree better.
 
-    page is the one of least squares by straight lengths. Where those do, any length of an edge between the two is as
-    good: the page is that of the least absolute differences from both, and its rest lengths are the nearest to it
-    between them.
+    Where surface lengths contradict each other less, any length of an edge between the two is as good: the page is that
+    of the least absolute differences from both, and its rest lengths are the nearest to it between them.
+    page: that of least squares by straight lengths.
+    along: (e,) mm, along the surface.
     """
     edges = mesh.topology.edges
     straight = make_network(mesh.vertices, mesh.topology, page.lengths)

@@ -1,4 +1,4 @@
-"""Hinges: pairs of faces that unfold into one plane round the edge they share."""
+"""Hinges: pairs of faces that unfold into one plane round their edge."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from restore.scan import Floats, Ints
 
 
 def hinges_of(network: Network, bending: bool = True) -> tuple[Ints, Floats]:
-    """The two corners that face each other over every inner edge (b, 2), and their spans (b,) mm from five lengths.
+    """Return the corners opposite over every inner edge, and their spans.
 
-    A span is their distance when both triangles are unfolded into one plane. Keeping them there is the bending
-    resistance of a sheet; without it there are none.
+    A span is their distance when both triangles are unfolded into one plane, from five lengths. Keeping them there is
+    the bending resistance of a sheet; without bending both are empty.
+    Returns corners (b, 2) and spans (b,) mm.
     """
     corners, spans = _hinges_of(network.faces, network.sides, network.lengths)
     return (corners, spans) if bending else (corners[:0], spans[:0])
@@ -38,7 +39,10 @@ def _hinges_of(faces: Ints, sides: Sides, lengths: Floats) -> tuple[Ints, Floats
 
 @numba.njit(cache=True)
 def _corner(side: int, faces: Ints, sides: Sides, lengths: Floats) -> tuple[int, float, float]:
-    """The corner that faces a side, and where it lies: along the edge, from its smaller vertex, and how high above."""
+    """Return the corner opposite a side, and its position.
+
+    The position is along the edge, from its smaller vertex, and above it.
+    """
     face, k = side // 3, side % 3
     following, last = lengths[sides.edge[3 * face + (k + 1) % 3]], lengths[sides.edge[3 * face + (k + 2) % 3]]
     near, far = (last, following) if faces[face, k] < faces[face, (k + 1) % 3] else (following, last)

@@ -1,10 +1,11 @@
-"""The mass-spring particle system (Brown & Seales, "Image restoration of arbitrarily warped documents", TPAMI 2004).
+"""Mass-spring particle system that lets the sheet fall onto the table.
 
+Source: Brown & Seales, "Image restoration of arbitrarily warped documents", TPAMI 2004.
 A unit mass at every vertex falls under gravity to the table. Damped springs along the edges keep the sheet from
 stretching, springs over the hinges keep it from shearing and folding. Explicit Euler steps move the particles; one that
 goes through the table loses most of the normal part of its velocity and keeps the tangential part. Nothing stretches
 the sheet at rest, so that it ends unstretched wherever it came to lie without folds. But nothing pulls it open either:
-rolls whose ends stand past upright fall in on themselves.
+rolls whose ends stand past upright collapse.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ from restore.scan import Floats, Ints
 GRAVITY = 9.81
 TIME_STEP = 0.02  # s; the largest stable step that Zhang, Zhang & Tan (TPAMI 2008, §4.2) report for this method
 # Explicit Euler is stable for steps below damping / stiffness and below 2 / (damping × μ), where μ, the largest
-# eigenvalue of the network, is about 20 for irregular meshes. Both allow 0.03 s here. Softer springs are no nearer to
+# eigenvalue of the network, is about 20 for irregular meshes. Both allow 0.03 s here. Softer springs are not closer to
 # rest after as many steps, stiffer ones diverge earlier.
 STIFFNESS = 120.0  # 1/s², force on a unit mass per unit of length
 DAMPING = 3.6  # 1/s, along the spring
-BENDING = 0.3  # stiffness and damping of the springs over hinges, as a share of those along edges
+BENDING = 0.3  # stiffness and damping of the springs over hinges, as a fraction of those along edges
 DRAG = 1.5  # 1/s, resists all motion: dampers along the springs leave bending and turning undamped
 RESTITUTION = 0.1  # of the speed at which a particle meets the table
 PAGE_SIZE = 240.0  # the constants above belong to a page of about this size; others are scaled to it
@@ -43,10 +44,12 @@ MAX_STEPS = 5000
 def flatten_springs(
     posed: PosedSheet, network: Network, follow: Follow | None = None, *, bending: bool = True
 ) -> Solution:
-    """Flat positions (n, 2) mm of a sheet laid over the table; iterations are time steps, the residual the rms strain.
+    """Flatten a sheet by the mass-spring system.
 
-    follow(step, positions (n, 3) mm) is called after each step; bending tells whether there are springs over hinges.
-    Raises BadInput when the springs diverge, as they may where very many edges meet.
+    follow: called as follow(step, positions (n, 3) mm) after each step.
+    bending: whether springs span the hinges.
+    Returns flat positions (n, 2) mm; iterations are time steps, the residual the rms strain. Raises BadInput when the
+    springs diverge, as they may where very many edges meet.
     """
     scale = PAGE_SIZE / sqrt(max(surface_area(posed.positions, network.faces), np.finfo(float).tiny))
     hinges, spans = hinges_of(network, bending)
@@ -83,7 +86,11 @@ def springs(
     damping: float,
     bending: float,
 ) -> None:
-    """Fill force (n, 3) with the pull of all springs on particles at now (n, 3), moving at velocity (n, 3)."""
+    """Fill force (n, 3) with the pull of all springs.
+
+    now: (n, 3), positions of the particles.
+    velocity: (n, 3).
+    """
     force[:] = 0.0
     _pull(now, velocity, force, edges, lengths, stiffness, damping)
     _pull(now, velocity, force, hinges, spans, bending * stiffness, bending * damping)
@@ -116,7 +123,10 @@ def _pull(
 def advance(
     now: Floats, velocity: Floats, force: Floats, gravity: float, drag: float, restitution: float, step: float
 ) -> None:
-    """One explicit Euler step in place: positions from the old velocities, velocities from old forces, all (n, 3)."""
+    """Do one explicit Euler step in place.
+
+    Positions move by the old velocities, velocities by the old forces, all (n, 3).
+    """
     for i in range(len(now)):
         for axis in range(3):
             now[i, axis] += step * velocity[i, axis]

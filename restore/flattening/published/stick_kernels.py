@@ -1,6 +1,6 @@
-"""The inner loops of the particle system, compiled, and an order of sticks in which none waits for the one before it.
+"""Compiled inner loops of the particle system, in an interleaved order.
 
-Run with `.py_func` the loops are the same in plain Python.
+In that order no stick waits for the one before it. Run with `.py_func` the loops are the same in plain Python.
 """
 
 from __future__ import annotations
@@ -19,7 +19,10 @@ BLOCK = 8192  # pairs of a quarter of a megabyte
 
 @numba.njit(cache=True)
 def advance(now: Floats, before: Floats, gravity: float, drag: float, damping: float, step: float) -> None:
-    """One Verlet step (eq. 5), in place: now and before (n, 3); drag pulls outward in x and y (eq. 4)."""
+    """Do one Verlet step (eq. 5), in place.
+
+    now, before: (n, 3). drag pulls outward in x and y (eq. 4).
+    """
     for i in range(len(now)):
         for axis in range(3):
             force = drag * now[i, axis] if axis < 2 else -gravity
@@ -30,9 +33,12 @@ def advance(now: Floats, before: Floats, gravity: float, drag: float, damping: f
 
 @numba.njit(cache=True)
 def relax(now: Floats, edges: Ints, lengths: Floats, hinges: Ints, spans: Floats, sweeps: int) -> None:
-    """Project particles now (n, 3) in place onto sticks (eq. 3), hinges and table, one after the other, `sweeps` times.
+    """Project particles in place onto sticks, hinges and table.
 
-    edges (e, 2) with lengths (e,) mm; hinges (b, 2) with spans (b,) mm.
+    One after the other (eq. 3), `sweeps` times.
+    now: (n, 3).
+    edges: (e, 2), with lengths (e,) mm.
+    hinges: (b, 2), with spans (b,) mm.
     """
     for _ in range(sweeps):
         _project(now, edges, lengths)
@@ -63,10 +69,10 @@ def interleave(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:
 
 
 def interleaved_order(count: int) -> Ints:
-    """(count,) an order in which neighbours in the list are none on the sheet.
+    """Return an order in which list neighbours are not sheet neighbours.
 
     Going over one pair then does not wait for the one before it, and the processor takes several at a time. Those of a
-    block stay together, as it fits into the processor's cache.
+    block stay together, as it fits into the processor's cache. Returns (count,).
     """
     whole = count // BLOCK * BLOCK
     blocks = np.arange(0, whole, BLOCK)[:, None] + _strides(BLOCK)
@@ -75,7 +81,10 @@ def interleaved_order(count: int) -> Ints:
 
 @lru_cache(maxsize=16)
 def _strides(count: int) -> Ints:
-    """0 to count − 1 in steps of about the golden section, which come back to the same place last."""
+    """Return 0 to count − 1 in steps of about the golden section.
+
+    They come back to the same place last.
+    """
     stride = max(round(GOLDEN * count), 1)
     while np.gcd(stride, max(count, 1)) != 1:
         stride += 1

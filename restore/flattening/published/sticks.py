@@ -1,5 +1,6 @@
-"""The stick-constraint particle system (Zhang, Zhang & Tan, TPAMI 2008, §3), made to end unstretched.
+"""Stick-constraint particle system, made to end unstretched.
 
+Source: Zhang, Zhang & Tan, TPAMI 2008, §3.
 A particle at every vertex falls under gravity to the table while a drag pulls the sheet open. Verlet steps move the
 particles; between two steps point relaxation puts every stick back to its length, every hinge back to flat and every
 particle back over the table. Three things differ from the paper. The drag fades as the sheet sinks: a drag that never
@@ -39,10 +40,12 @@ SWEEPS = 0.25  # in each step, of √n: a pull crosses a sheet of n in √n swee
 def flatten_sticks(
     posed: PosedSheet, network: Network, follow: Follow | None = None, *, bending: bool = True
 ) -> Solution:
-    """Flat positions (n, 2) mm of a sheet laid over the table; the iterations are the time steps.
+    """Flatten a sheet by the stick-constraint particle system.
 
-    follow(step, positions (n, 3) mm) is called after each time step; bending tells whether the hinges resist. Raises
-    BadInput when lengths that are far from the sheet's own make the particles diverge.
+    follow: called as follow(step, positions (n, 3) mm) after each time step.
+    bending: whether the hinges resist.
+    Returns flat positions (n, 2) mm; the iterations are the time steps. Raises BadInput when lengths that are far from
+    the sheet's own make the particles diverge.
     """
     landed, steps = simulate_drop(posed, network, follow, bending)
     signs = face_signs(posed.positions, network.faces)
@@ -50,7 +53,10 @@ def flatten_sticks(
 
 
 def simulate_drop(posed: PosedSheet, network: Network, follow: Follow | None, bending: bool) -> tuple[Floats, int]:
-    """Positions (n, 2) mm where the particles land on the table, and the time steps taken."""
+    """Return the positions of the particles on the table, and the steps taken.
+
+    The positions are (n, 2) mm, the steps time steps.
+    """
     scale = PAGE_SIZE / sqrt(max(surface_area(posed.positions, network.faces), np.finfo(float).tiny))
     edges, lengths = interleave(network.edges, network.lengths * scale)
     hinges, spans = hinges_of(network, bending)

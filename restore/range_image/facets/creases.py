@@ -1,4 +1,7 @@
-"""Detect creases in a noisy surface: lines along which a kink is significant against the noise."""
+"""Detects creases in a noisy surface.
+
+They are lines along which a kink is significant against the noise.
+"""
 
 from __future__ import annotations
 
@@ -26,17 +29,19 @@ DIRECTIONS = 16  # every 11.25°: at half of that the ends of a kernel are one s
 KINK_SIGMAS = 5.5
 FOLLOW_SIGMAS = 3.0
 MIN_SEPARATION = 5  # samples: the filter responds to either side of a strong crease; nearer ridges are not distinct
-MIN_MEASURED = 0.5  # share of measured samples in a kernel: at the border of a filled hole there are false kinks
+MIN_MEASURED = 0.5  # fraction of measured samples in a kernel: at the border of a filled hole there are false kinks
 MAX_SPREAD = 300.0  # greatest deviation over the median, whose square is then a hundred steps of single precision
 
 Spectrum = NDArray[np.complexfloating[Any, Any]]
 
 
 def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
-    """(rows, cols) True on the creases of the surface within `inside` (rows, cols), one sample wide.
+    """Find the creases of a surface, one sample wide.
 
-    data (rows, cols) has no outliers, and NaN where it is not known; deviation (rows, cols) is the standard deviation
-    of each sample, 0 where it was filled in.
+    data: (rows, cols), without outliers, NaN where unknown.
+    deviation: (rows, cols), standard deviation of each sample, 0 where it was filled in.
+    inside: (rows, cols), where to look.
+    Returns (rows, cols) bool.
     """
     known = inside & np.isfinite(data)
     data, inner = np.where(known, data, 0.0), _eroded(known.astype(np.uint8), HALF_WIDTH)
@@ -56,7 +61,7 @@ def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
 
 
 def _eroded(mask: Bytes, samples: int) -> Bytes:
-    """The mask (rows, cols) eroded by so many samples."""
+    """Return the mask (rows, cols) eroded by `samples`."""
     window = np.ones((2 * samples + 1, 2 * samples + 1), np.uint8)
     return np.asarray(cv2.erode(mask, window, borderValue=0), dtype=np.uint8)
 
@@ -77,9 +82,10 @@ def _pictures(data: Floats, deviation: Floats) -> tuple[Spectrum, Spectrum, Spec
 def _kink_sigmas(
     pictures: tuple[Spectrum, Spectrum, Spectrum], inner: Bytes, interior: Bytes, angle: float
 ) -> NDArray[np.float32]:
-    """(rows, cols) kink across the direction `angle` in standard deviations of the noise, 0 where not inner.
+    """Return the kink across `angle` in standard deviations of the noise.
 
     It is evaluated where the whole kernel is interior; from there a crease is assumed to continue to the border.
+    Returns (rows, cols), 0 where not inner.
     """
     data, variance, measured = pictures
     kernel, line = _kink_kernel(angle), _line(angle + np.pi / 2, HALF_LENGTH)
@@ -97,12 +103,18 @@ def _kink_sigmas(
 
 
 def _spectrum(picture: NDArray[np.floating[Any]]) -> Spectrum:
-    """The spectrum of a picture (rows, cols), in its precision, 0 beyond its border as far as a kernel reaches."""
+    """Return the spectrum of a picture (rows, cols), zero-padded.
+
+    It is 0 beyond the border as far as a kernel reaches, in the picture's precision.
+    """
     return np.asarray(rfft2(picture, _transformed(picture.shape)))
 
 
 def _filtered(spectrum: Spectrum, kernel: Floats, shape: tuple[int, ...]) -> NDArray[np.floating[Any]]:
-    """(rows, cols) of a shape: what a point-symmetric kernel (2k + 1, 2k + 1) makes of the picture with a spectrum."""
+    """Return the picture with this spectrum, filtered by a kernel.
+
+    kernel: (2k + 1, 2k + 1), point-symmetric. Returns (rows, cols) of a shape.
+    """
     (rows, cols), middle = _transformed(shape), len(kernel) // 2
     along = rfft(kernel.astype(spectrum.real.dtype), cols, axis=1)  # its few rows alone: the others are 0
     filtered = irfft2(spectrum * fft(along, rows, axis=0), (rows, cols))
@@ -115,9 +127,10 @@ def _transformed(shape: tuple[int, ...]) -> list[int]:
 
 
 def _kink_kernel(angle: float) -> Floats:
-    """Matched filter of |u| across a line through the centre, u running at `angle`; its response to quadratics is 0.
+    """Return the matched filter of |u| across a line at `angle`.
 
-    The sum of its squares is 1: white noise passes it as it is.
+    The line runs through the centre; the response to quadratics is 0. The sum of its squares is 1: white noise passes
+    it as it is.
     """
     y, x = np.mgrid[-REACH : REACH + 1, -REACH : REACH + 1].astype(float)
     u, v = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
@@ -133,7 +146,10 @@ def _kink_kernel(angle: float) -> Floats:
 
 
 def _line(angle: float, half_length: int) -> Bytes:
-    """Structuring element of a line through the centre at `angle`, half_length samples to either side."""
+    """Return the structuring element of a line through the centre.
+
+    It runs at `angle`, half_length samples to either side.
+    """
     line = np.zeros((2 * half_length + 1, 2 * half_length + 1), np.uint8)
     steps = np.arange(-half_length, half_length + 0.25, 0.25)
     row, col = (half_length + np.rint(steps * part(angle)).astype(int) for part in (np.sin, np.cos))

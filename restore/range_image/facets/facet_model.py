@@ -24,7 +24,7 @@ from restore.runtime.threads import in_bands
 from restore.scan import Floats, Ints, Mask
 
 WIDE_RADIUS = 3  # 7×7 samples: the slope's noise is 1/14 of the depth's, per sample
-APART = 2 * WIDE_RADIUS + 1  # samples from a wide window to the next that shares none with it
+APART = 2 * WIDE_RADIUS + 1  # samples from a wide window to the next without common samples
 NARROW_RADIUS = 2  # 5×5 samples between creases that leave no room for more
 SPARSE = 0.5  # of the samples inside a wide window: where dark ink leaves fewer, slopes are twice as uncertain
 SPARSE_RADII = (6, 12)  # of windows with as many samples where a quarter, or a sixteenth, is left
@@ -33,10 +33,10 @@ MAX_MISFIT_SIGMAS = 1.5  # residual over the noise; with 43 degrees of freedom n
 PASSES = 3  # the first is biased by the outliers that it detects; the third changes slopes by less than the noise
 OUTLIER_SIGMAS = 4.0
 PRECISION = 3e-6  # of the depth, a quarter of the scanner's best: least noise, or exact data would be all outliers
-MIN_MEMBERS = 12  # samples of a signal class, to tell its noise
+MIN_MEMBERS = 12  # samples of a signal class, to estimate its noise
 SIGNAL_CLASSES = 8  # enough to separate ink, half-tones and paper
 SHIFT_PENALTY = 0.02  # of the merit, per sample of shift
-# Until the creases are known there are none of the windows at the border whose quadratic passes three columns exactly,
+# Until the creases are known windows are missing at the border whose quadratic passes three columns exactly,
 # and so would pass a column of the table (leverage 0.3).
 LEVERAGE_BEFORE_CREASES = 0.25
 FACET_FIELDS = 6  # value, slope per column, slope per row, variance, bend, 1 when on one side of a crease
@@ -46,10 +46,10 @@ FACET_FIELDS = 6  # value, slope per column, slope per row, variance, bend, 1 wh
 class Facets:
     """Denoised inverse depth and its slope at every sample.
 
-    value   (rows, cols) 1/mm, NaN where there is no surface.
-    slope   (rows, cols, 2) change of value per column and per row, on the sample's own side of a crease.
-    crease  (rows, cols) True on a crease.
-    noise   standard deviation of a sample of the best signal class, 1/mm.
+    value: (rows, cols) 1/mm, NaN outside the surface.
+    slope: (rows, cols, 2), change of value per column and per row, on the sample's own side of a crease.
+    crease: (rows, cols), True on a crease.
+    noise: standard deviation of a sample of the best signal class, 1/mm.
     """
 
     value: Floats
@@ -67,12 +67,15 @@ def fit_facets(
     *,
     precision: float = PRECISION,
 ) -> Facets:
-    """Fit facets to inverse depth (rows, cols) 1/mm at every sample of `inside` that has enough measured neighbours.
+    """Fit facets to inverse depth at every sample with enough neighbours.
 
-    spacing is that of the rays, from column to column at a depth of 1.
-    signal (rows, cols), in any unit, is the light that each sample returned: those with little have more noise and less
-    weight. Outliers, such as mixed pixels at the edges of ink, have weight 0. `precision`, a share of the depth, is the
-    least noise that is assumed.
+    Neighbours count where measured. Outliers, such as mixed pixels at the edges of ink, have weight 0.
+    inverse_depth: (rows, cols) 1/mm.
+    inside: (rows, cols), where to fit.
+    spacing: of the rays, from column to column at a depth of 1.
+    signal: (rows, cols), in any unit, the light that each sample returned; samples with little have more noise and less
+        weight.
+    precision: fraction of the depth, the least noise that is assumed.
     Raises NotEnoughSurface when the samples are too sparse for any facet.
     """
     level = float(np.median(inverse_depth[measured]))
@@ -90,12 +93,18 @@ def fit_facets(
 
 
 def in_whole_windows(known: Mask) -> Mask:
-    """(rows, cols) True where the wide window is centred on its sample: all of it is known, without a crease."""
+    """Return where the wide window is centred on its sample.
+
+    All of it is known, without a crease. Returns (rows, cols) bool.
+    """
     return np.asarray(cv2.distanceTransform(known.astype(np.uint8), cv2.DIST_L2, 5) > WIDE_RADIUS + 1)
 
 
 def _signal_classes(signal: Floats | None, measured: Mask) -> NDArray[np.int8]:
-    """(rows, cols) class of each sample by its signal, 0 the strongest; −1 where nothing was measured."""
+    """Return the class (rows, cols) of each sample by its signal.
+
+    0 is the strongest; −1 where nothing was measured.
+    """
     if signal is None:
         return np.where(measured, np.int8(0), np.int8(-1))
     strongest = np.percentile(signal[measured], 95)
@@ -106,7 +115,10 @@ def _signal_classes(signal: Floats | None, measured: Mask) -> NDArray[np.int8]:
 
 
 def _weights(residual: Floats, classes: NDArray[np.int8], floor: float) -> tuple[Floats, Floats]:
-    """(rows, cols) inverse variance of each sample's class over the best, 0 for outliers; and its sigma, 1/mm."""
+    """Return the inverse variance of each sample's class, and its sigma.
+
+    The variance (rows, cols) is relative to the best class, 0 for outliers; sigma (rows, cols) is in 1/mm.
+    """
     known, sigmas, weights = np.isfinite(residual), np.zeros(SIGNAL_CLASSES + 1), np.zeros(SIGNAL_CLASSES + 1)
     best, (of_class, among) = np.inf, (grid[known & (classes >= 0)] for grid in (classes, residual))
     for k in range(classes.max() + 1):
@@ -122,7 +134,10 @@ def _weights(residual: Floats, classes: NDArray[np.int8], floor: float) -> tuple
 
 
 def _median_around(values: Floats) -> NDArray[np.float32]:
-    """(rows, cols) median of values (rows, cols) in narrow windows; beyond the border they count as 0."""
+    """Return the median (rows, cols) of values in narrow windows.
+
+    Beyond the border they count as 0.
+    """
     radius = NARROW_RADIUS
     return np.asarray(
         cv2.medianBlur(np.pad(values.astype(np.float32), radius), 2 * radius + 1)[radius:-radius, radius:-radius]
@@ -160,7 +175,7 @@ def _fit_windows(
         sparse |= inside & _sparse(inside & (weight > 0), inside)
     window = np.ones((2 * NARROW_RADIUS + 1, 2 * NARROW_RADIUS + 1), np.uint8)
     near = inside & cv2.dilate(unfit.astype(np.uint8), window).astype(bool)
-    # The wide fits have told all they have to: new arrays of their size take as long as these fits.
+    # The wide fits have been used: new arrays of their size take as long as these fits.
     close = fit_quadratics(data, weight, near, NARROW_RADIUS, leverage, replacing=wide)
     _shift_windows(close, distance, limit, unfit, NARROW_RADIUS, facets, centres)
     _fit_sparse(facets, data, weight, sparse, limit, close)
@@ -168,7 +183,10 @@ def _fit_windows(
 
 
 def _sparse(used: Mask, inside: Mask) -> Mask:
-    """(rows, cols) True where less than a share SPARSE of the samples inside, in a wide window, is used."""
+    """Return where less than the fraction SPARSE of a wide window is used.
+
+    Of the samples inside. Returns (rows, cols) bool.
+    """
     size = (2 * WIDE_RADIUS + 1,) * 2
     counted = inside.astype(np.float32) * SPARSE - used
     return np.asarray(cv2.boxFilter(counted, -1, size, borderType=cv2.BORDER_CONSTANT) > 0.0)
@@ -177,10 +195,12 @@ def _sparse(used: Mask, inside: Mask) -> Mask:
 def _fit_sparse(
     facets: Floats, data: Floats, weight: Floats, sparse: Mask, limit: float, replacing: Quadratics
 ) -> None:
-    """Replace the facets of samples (rows, cols) round which few were measured by fits in windows that hold enough.
+    """Replace the facets of sparse samples by fits in larger windows.
 
-    Only where a quadratic fits so far: between the sides of a crease it does not, and each goes on by itself.
-    replacing: fits that nobody needs any more.
+    The windows hold enough samples. Only where a quadratic fits so far: between the sides of a crease it does not, and
+    each continues separately.
+    sparse: (rows, cols).
+    replacing: fits that are no longer needed.
     """
     for radius in SPARSE_RADII:
         if not sparse.any():
@@ -195,7 +215,10 @@ def _fit_sparse(
 
 
 def _distance(crease: Mask) -> Floats:
-    """(rows, cols) samples from the nearest crease; more than a window's reach where there is none."""
+    """Return the distance (rows, cols) to the nearest crease, samples.
+
+    More than a window's reach where creases are absent.
+    """
     if not crease.any():
         return np.full(crease.shape, float(APART))
     return cv2.distanceTransform((~crease).astype(np.uint8), cv2.DIST_L2, 5).astype(np.float64)
@@ -204,11 +227,13 @@ def _distance(crease: Mask) -> Floats:
 def _shift_windows(
     fit: Quadratics, distance: Floats | None, limit: float, inside: Mask, radius: int, facets: Floats, centres: Ints
 ) -> None:
-    """Write the facet (rows, cols, FACET_FIELDS) of each sample by the best window that contains it, and that window's
-    index (rows, cols); what is there already gives way to facets on one side of a crease alone.
+    """Write the facet of each sample by the best window that contains it.
 
     That is its own, or near a crease, or where its own has too few samples, a shifted one: the farthest from creases,
-    whose distances (rows, cols) are given, or where they are not known the one of least misfit.
+    whose distances (rows, cols) are given, or where they are unknown the one of least misfit. Facets on one side of a
+    crease replace what is there already.
+    fit: (rows, cols, FACET_FIELDS), written.
+    centres: (rows, cols), index of that window, written.
     """
     if distance is None:
         merit, shifted, one_sided_merit = -fit.variance, ~(fit.variance < limit), -limit

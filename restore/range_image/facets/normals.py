@@ -19,10 +19,10 @@ Field = NDArray[np.float32]
 
 
 def facet_normals(sheet: Sheet) -> Field:
-    """(rows, cols, 3) unit normals of the facets towards the scanner.
+    """Return the unit normals of the facets towards the scanner.
 
-    Where hardly anything was measured, in ink that swallows the laser, a facet's own slope is noise: there the facets
-    round it tell.
+    Where hardly anything was measured, in ink that absorbs the laser, a facet's own slope is noise: the facets round it
+    are used there. Returns (rows, cols, 3).
     """
     return _smoothed_where_sparse(sheet.normals(), sheet.measured)
 
@@ -31,7 +31,7 @@ def _smoothed_where_sparse(normals: Field, measured: Mask) -> Field:
     density = cv2.boxFilter(measured.astype(np.float32), -1, (DENSE_OVER, DENSE_OVER))
     own = np.clip((density - SPARSE) / (DENSE - SPARSE), 0.0, 1.0)
     trust = np.maximum(own, np.float32(SINGLE_TINY))
-    # Over so many samples every fourth is enough.
+    # Over that many samples every fourth is enough.
     size = tuple(-(-n // SHRINK) for n in density.shape[::-1])
     total, weight = (
         cv2.GaussianBlur(cv2.resize(field, size, interpolation=cv2.INTER_AREA), (0, 0), SMOOTHING / SHRINK)

@@ -70,10 +70,12 @@ def fit_quadratics(
     *,
     replacing: Quadratics | None = None,
 ) -> Quadratics:
-    """Fit data (rows, cols) with weights (rows, cols) in windows of 2·radius + 1 samples round every wanted sample.
+    """Fit quadratics in windows round every wanted sample.
 
-    leverage is the most that a window may have: the variance of the value at its centre over that of one sample.
-    The fits take the place of others, if any, whose arrays they are written to: samples not wanted keep theirs.
+    The fits replace others, if any, whose arrays they are written to: samples not wanted keep theirs.
+    data, weight: (rows, cols).
+    radius: the window has 2·radius + 1 samples.
+    leverage: the most that a window may have: the variance of the value at its centre over that of one sample.
     """
     scale = np.array([float(radius) ** (p + q) for p, q in POWERS])
     fits = replacing or Quadratics(np.empty((*data.shape, len(POWERS))), np.empty(data.shape))
@@ -94,11 +96,12 @@ def _fit_rows(
     data: Floats, weight: Floats, wanted: Mask, radius: int, scale: Floats, leverage: float, first: int, end: int,
     terms: Floats, variance: Floats, down: Floats, moments: Floats, systems: Systems,
 ) -> None:  # fmt: skip
-    """Write the terms and the variance of every wanted sample in the rows from first to end.
+    """Write the terms and the variance of wanted samples of some rows.
 
-    A row's moments are sums down its columns, then along the row: they never leave the processor's cache. Only those of
-    the runs of columns that hold wanted samples are taken. down (SUMS, cols + 2 · radius), moments (23, cols) and the
-    systems are scratch.
+    The rows are from first to end. A row's moments are sums down its columns, then along the row: they never leave the
+    processor's cache. Only those of the runs of columns that hold wanted samples are taken.
+    down: (SUMS, cols + 2 · radius), scratch.
+    moments: (23, cols), scratch, as are the systems.
     """
     count = np.int64(0)  # a plain 0 would have _solve compiled for that number, too
     for r in range(first, end):
@@ -131,9 +134,10 @@ def _fit_rows(
 def _set_moments(
     data: Floats, weight: Floats, radius: int, r: int, left: int, right: int, down: Floats, moments: Floats
 ) -> None:
-    """Write the moments of the windows round the columns of a row from left to right, to the first columns of moments.
+    """Write the moments of the windows round some columns of a row.
 
-    down is for the sums down the columns: beyond the border of the grid they are 0.
+    The columns from left to right go to the first columns of moments.
+    down: sums down the columns; beyond the border of the grid they are 0.
     """
     rows, cols = data.shape
     count, before = right - left, left - radius
@@ -169,7 +173,10 @@ def _set_moments(
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def _next_run(wanted: Mask, r: int, start: int, most: int) -> tuple[int, int]:
-    """First and end of the next run of wanted columns in a row, over gaps of up to `most`; equal when there is none."""
+    """Return first and end of the next run of wanted columns in a row.
+
+    Gaps of up to `most` are included; both are equal when no column is left.
+    """
     cols = wanted.shape[1]
     while start < cols and not wanted[r, start]:
         start += 1
@@ -190,8 +197,10 @@ def _next_run(wanted: Mask, r: int, start: int, most: int) -> tuple[int, int]:
 def _solve(
     systems: Systems, count: int, scale: Floats, most: float, terms: Floats, variance: Floats
 ) -> None:  # fmt: skip
-    """Write the terms (rows, cols, 6) and the variance (rows, cols) of the samples of the first `count` systems.
+    """Solve the first `count` systems and write their samples.
 
+    terms: (rows, cols, 6).
+    variance: (rows, cols).
     most: leverage.
     """
     moments, places, factor, solution, unit, leverage, explained = systems

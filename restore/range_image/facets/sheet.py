@@ -29,20 +29,21 @@ _distortion_factor = numba.njit(cache=True, inline="always")(distortion_factor)
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """Facets on the grid of rays, extrapolated past the outline so that border samples have neighbours.
+    """Facets on the grid of rays, extrapolated past the outline.
 
-    inside   (rows, cols) True on the sheet, interior holes included.
-    measured (rows, cols) True where the surface was measured and not filled in.
-    planes   (rows, cols, 3) inverse depth and its change per column and per row.
-    scatter  (rows, cols, 2) variance of the change per column and of that per row, (1/mm)².
-    noise    standard deviation of one measured sample, 1/mm.
-    pixels   (rows, cols, 2) texture position of every grid position.
-    scan     the source of the surface, with its texture and provenance.
-    cut_out  whether it ends where a mesh was cut: on the page, and not before samples of what lies beyond.
-    lost_border  share of its border beside which paper may have given no range: see `lost_border`.
-    cut      share of its border in the first and last rows and columns of the picture.
-    turned_border  share of its border that is turned away from the scanner: see `turned_border`.
-    holes    (rows, cols) True where it has a hole through which the table was measured; None where nobody looked.
+    Border samples have neighbours that way.
+    inside: (rows, cols), True on the sheet, interior holes included.
+    measured: (rows, cols), True where the surface was measured and not filled in.
+    planes: (rows, cols, 3), inverse depth and its change per column and per row.
+    scatter: (rows, cols, 2), variance of the change per column and of that per row, (1/mm)².
+    noise: standard deviation of one measured sample, 1/mm.
+    pixels: (rows, cols, 2), texture position of every grid position.
+    scan: the source of the surface, with its texture and provenance.
+    cut_out: whether it ends where a mesh was cut: on the page, and not before samples of what lies beyond.
+    lost_border: fraction of its border along which paper may have given no range: see `lost_border`.
+    cut: fraction of its border in the first and last rows and columns of the image.
+    turned_border: fraction of its border that is turned away from the scanner: see `turned_border`.
+    holes: (rows, cols), True where it has a hole through which the table was measured; None where it was not checked.
     """
 
     rays: Rays
@@ -60,17 +61,24 @@ class Sheet:
     holes: Mask | None = None
 
     def inverse_depth(self, nodes: Floats) -> Floats:
-        """(n,) 1/mm at grid positions (n, 2) (row, col), fractions allowed."""
+        """Return inverse depth (n,) 1/mm at grid positions.
+
+        nodes: (n, 2) (row, col), fractions allowed.
+        """
         return _evaluate(self.planes, nodes)
 
     def points(self, nodes: Floats) -> Floats:
-        """(n, 3) mm at grid positions (n, 2) (row, col), fractions allowed."""
+        """Return the points (n, 3) mm at grid positions.
+
+        nodes: (n, 2) (row, col), fractions allowed.
+        """
         return self.rays.points(nodes[:, 0], nodes[:, 1], self.inverse_depth(nodes))
 
     def normals(self) -> NDArray[np.float32]:
-        """(rows, cols, 3) unit normals of the facets, towards the camera.
+        """Return the unit normals of the facets, towards the camera.
 
-        On a plane n · P = c, seen along P = (x, y, −1)·depth, inverse depth is (n_x·x + n_y·y − n_z) / c.
+        On a plane n · P = c, seen along P = (x, y, −1)·depth, inverse depth is (n_x·x + n_y·y − n_z) / c. Returns
+        (rows, cols, 3).
         """
         normals = np.empty(self.planes.shape, np.float32)
 
@@ -82,17 +90,23 @@ class Sheet:
         return np.asarray(normals @ self.rays.axes.astype(np.float32))
 
     def texcoords(self, nodes: Floats) -> Floats:
-        """(n, 2) texture pixels at grid positions (n, 2) (row, col), fractions allowed."""
+        """Return the texture pixels (n, 2) at grid positions.
+
+        nodes: (n, 2) (row, col), fractions allowed.
+        """
         return np.stack(
             [map_coordinates(self.pixels[..., k], nodes.T, order=1, mode="nearest") for k in (0, 1)], axis=1
         )
 
     def lengths(self, nodes: Floats, edges: Ints) -> Floats:
-        """(e,) mm: lengths along the surface of edges (e, 2) between grid positions (n, 2).
+        """Return the lengths of edges along the surface.
 
-        The path is straight in the picture; on each sample it runs in that sample's facet, and where two facets meet
-        at an angle it runs over the line in which their sides would meet if they went on turning, not along the chord.
-        By what the scatter of the slopes makes it longer in the mean it is shortened.
+        The path is straight in the image; on each sample it runs in that sample's facet, and where two facets meet at
+        an angle it runs over the line in which their sides would meet if they continued to turn, not along the chord.
+        It is shortened by the mean excess that the scatter of the slopes causes.
+        nodes: (n, 2), grid positions.
+        edges: (e, 2).
+        Returns (e,) mm.
         """
         lengths, lens, tolerance = np.empty(len(edges)), self.rays.lens, CREASE_SIGMAS * self.noise
 
@@ -105,7 +119,12 @@ class Sheet:
 
 @dataclass(frozen=True, eq=False)
 class PageOnGrid:
-    """The flat page as a mesh over the grid: flat positions (n, 2) mm, faces (m, 3), grid positions nodes (n, 2)."""
+    """Flat page as a mesh over the grid.
+
+    flat: (n, 2) mm.
+    faces: (m, 3).
+    nodes: (n, 2), grid positions.
+    """
 
     flat: Floats
     faces: Ints
@@ -118,10 +137,11 @@ class PageOnGrid:
 
 
 def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:
-    """A sheet from its facets, extrapolated over the rest of the grid from the nearest facet.
+    """Return a sheet from its facets, extrapolated over the grid.
 
-    A facet steeper than camera and laser can see is none: few samples on a steep wall tell its slope badly. samples and
-    inside (rows, cols), pixels (rows, cols, 2): as in Sheet.
+    The rest of the grid takes the nearest facet. A facet steeper than camera and laser can see is dropped: the few
+    samples on a steep wall determine its slope badly.
+    samples, inside, pixels: (rows, cols), (rows, cols) and (rows, cols, 2), as in Sheet.
     """
     steepest = MAX_SLOPE * abs(rays.dx) * facets.value
     known = inside & (np.hypot(*np.moveaxis(facets.slope, -1, 0)) < steepest)  # NaN is not
@@ -138,7 +158,11 @@ def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: 
 
 
 def depth_distance(sheet: Sheet, nodes: Floats, faces: Ints) -> dict[str, float]:
-    """Mean, sd and max in mm of the depth between the sheet and a mesh of faces (m, 3) at grid positions (n, 2)."""
+    """Return mean, sd and max of the depth between sheet and mesh, mm.
+
+    nodes: (n, 2), grid positions.
+    faces: (m, 3).
+    """
     corners = np.ascontiguousarray(nodes[:, ::-1])
     # A plane's inverse depth is affine over the grid, so linear interpolation over the triangles is exact.
     sparse = rasterise(corners, faces, sheet.inverse_depth(nodes)[:, None], *sheet.inside.shape)[..., 0]
@@ -180,9 +204,11 @@ def _evaluate(planes: Floats, nodes: Floats) -> Floats:
 
 @numba.njit(cache=True, inline="always")
 def _turn_before(planes: Floats, r: float, c: float, dr: float, dc: float, slope: float, beyond: float) -> float:
-    """How far a side turns in the step from (r, c) to its last sample before a crease; slope: at its end.
+    """Return how far a side turns before a crease.
 
-    0 where that is too much of the turn at the crease: then there is another crease, or none at all.
+    In the step from (r, c) to its last sample before the crease. 0 where that is too much of the turn at the crease:
+    then another crease is there, or none at all.
+    slope: at its end.
     """
     i, j = _nearest(r, planes.shape[0]), _nearest(c, planes.shape[1])
     turn = slope - planes[i, j, 1] * dc - planes[i, j, 2] * dr
@@ -197,7 +223,10 @@ def _along(w: float, slope: float, turn: float, t: float) -> float:
 
 @numba.njit(cache=True, inline="always")
 def _crossing(wa: float, sa: float, turn_a: float, wb: float, sb: float, turn_b: float) -> float:
-    """At which share of a step two sides meet, by Newton's method; at its ends if they do not."""
+    """Return the fraction of a step at which two sides meet.
+
+    By Newton's method; its ends if they do not meet.
+    """
     t = (wb - sb - wa) / (sa - sb)
     for _ in range(ROUNDS):
         t = min(max(t, 0.0), 1.0)

@@ -2,10 +2,10 @@
 
 A cubic term biases the slope of a quadratic by the third derivatives of the surface, times moments of the window. They
 are the second derivatives of the slopes, estimated from mean slopes a window apart, which adds little noise.
-
-A way along facets whose slopes scatter is longer than the surface is, in the mean by half the variance of the slope.
-The noise of single samples does not tell it: beside print, samples are off together. But slopes of windows that share
-no sample scatter by themselves, and on smooth paper their third differences have hardly anything else in them.
+A path along facets whose slopes scatter is longer than the surface is, in the mean by half the variance of the slope.
+The noise of single samples does not show it: near print, the errors of samples are correlated. But slopes of windows
+without common samples scatter independently, and on smooth paper their third differences have hardly anything else in
+them.
 """
 
 from __future__ import annotations
@@ -20,21 +20,22 @@ SQUARED = 1.0 + 9.0 + 9.0 + 1.0  # coefficients of a third difference: its varia
 MOST = 12.0  # medians of the squares: a bend that was not found to be a crease; of normal noise all but one in 50
 KEPT = 0.876  # of the mean square of normal noise have those within: at MOST medians, the distribution function of χ²
 # with three degrees of freedom over that with one
-LINES = 4  # from row to row that is looked at: windows of those between share most of their samples with them
+LINES = 4  # from row to row that is looked at: windows in between have mostly the same samples
 AVERAGED = 61  # samples along a row, and the same across in every LINES-th: the square of which the mean is taken
 OF_PAGE = 25.0  # squares by which the mean of the whole page counts besides
 SECOND_MOMENT = WIDE_RADIUS * (WIDE_RADIUS + 1) / 3
 FOURTH_OVER_SECOND = (3 * WIDE_RADIUS * (WIDE_RADIUS + 1) - 1) / 5
 ALONG = FOURTH_OVER_SECOND / 6  # slope in x of the quadratic that fits x³/6 best; the true one is 0
 ACROSS = SECOND_MOMENT / 2  # the same for x·y²/2
-FULL = 1.0 - 1e-6  # share of a window
+FULL = 1.0 - 1e-6  # fraction of a window
 
 
 def slope_variances(slope: Floats, sound: Mask) -> Floats:
-    """(rows, cols, 2) variance of the slope per column and of the slope per row, (1/mm)².
+    """Return the variance of the slopes per column and per row, (1/mm)².
 
-    slope (rows, cols, 2) of facets; sound (rows, cols): those in the middle of whole windows. 0 on a page too narrow
-    for a third difference.
+    slope: (rows, cols, 2), of facets.
+    sound: (rows, cols), those in the centre of whole windows.
+    Returns (rows, cols, 2), 0 on a page too narrow for a third difference.
     """
     across = _along_rows(slope[..., 0], sound)
     down = _along_rows(slope[..., 1].T, sound.T).T
@@ -42,13 +43,19 @@ def slope_variances(slope: Floats, sound: Mask) -> Floats:
 
 
 def _along_rows(slope: Floats, sound: Mask) -> Floats:
-    """(rows, cols) variance of the slope along the rows; every row has that of the last row which was looked at."""
+    """Return the variance (rows, cols) of the slope along the rows.
+
+    Every row has that of the last row which was evaluated.
+    """
     found = _averaged(_squares_along_rows(slope[::LINES], sound[::LINES]))
     return np.repeat(found, LINES, axis=0)[: len(slope)]
 
 
 def _squares_along_rows(slope: Floats, sound: Mask) -> Floats:
-    """(rows, cols) squared third differences along the rows, as variances of a slope; NaN beside what is not sound."""
+    """Return squared third differences along rows, as slope variances.
+
+    Returns (rows, cols), NaN next to invalid slopes.
+    """
     known = np.where(sound, slope, np.nan)
     first, second = known[:, : -3 * APART], known[:, APART : -2 * APART]
     third, fourth = known[:, 2 * APART : -APART], known[:, 3 * APART :]
@@ -58,7 +65,10 @@ def _squares_along_rows(slope: Floats, sound: Mask) -> Floats:
 
 
 def _averaged(squares: Floats) -> Floats:
-    """(rows, cols) mean of the squares round every sample, those left out that are no noise."""
+    """Return the mean of the squares round every sample, (rows, cols).
+
+    Those that are not noise are left out.
+    """
     known = np.isfinite(squares)
     if not known.any():
         return np.zeros(squares.shape)
@@ -74,9 +84,11 @@ def _averaged(squares: Floats) -> Floats:
 
 
 def unbiased(slope: Floats, sound: Mask) -> Floats:
-    """(rows, cols, 2) the slopes per column and per row, corrected where the slopes a window away are known.
+    """Return the slopes per column and row without their bias.
 
-    slope (rows, cols, 2) of quadratics; sound (rows, cols): those in the middle of whole windows.
+    They are corrected where the slopes a window away are known.
+    slope: (rows, cols, 2), of quadratics.
+    sound: (rows, cols), those in the centre of whole windows.
     """
     across = _unbiased_along_rows(slope[..., 0], sound)
     down = _unbiased_along_rows(slope[..., 1].T, sound.T).T
@@ -84,7 +96,7 @@ def unbiased(slope: Floats, sound: Mask) -> Floats:
 
 
 def _unbiased_along_rows(slope: Floats, sound: Mask) -> Floats:
-    """(rows, cols) slopes along the rows (rows, cols), corrected."""
+    """Return slopes along the rows (rows, cols), corrected."""
     known = np.where(sound, slope, 0.0), sound.astype(float)
     mean, share = (cv2.blur(values, (APART, APART), borderType=cv2.BORDER_CONSTANT) for values in known)
     mean[share < FULL] = np.nan
@@ -92,7 +104,10 @@ def _unbiased_along_rows(slope: Floats, sound: Mask) -> Floats:
 
 
 def _second_differences(values: Floats) -> Floats:
-    """(rows, cols) second differences down the columns, for each sample squared; 0 where a value is missing."""
+    """Return second differences (rows, cols) down the columns.
+
+    For each sample squared; 0 where a value is missing.
+    """
     differences = np.zeros(values.shape)
     differences[APART:-APART] = (values[: -2 * APART] - 2.0 * values[APART:-APART] + values[2 * APART :]) / APART**2
     differences[np.isnan(differences)] = 0.0

@@ -1,7 +1,8 @@
-"""Fit a surface over the tangent plane of a window, where it bends too fast for a quadratic over the grid.
+"""Fits a surface over the tangent plane of a window.
 
-Towards the spine of a book, depth as a function of the column gets ever steeper, and no cubic follows it; yet the wall
-itself bends evenly, and over its own tangent plane it is close to a quadratic.
+It is needed where the surface bends too fast for a quadratic over the grid. Towards the spine of a book, depth as a
+function of the column gets ever steeper, and no cubic follows it; yet the wall itself bends evenly, and over its own
+tangent plane it is close to a quadratic.
 """
 
 from __future__ import annotations
@@ -27,11 +28,14 @@ FIELDS = 4  # value, slope per column, slope per row, variance
 def fit_over_tangents(
     data: Floats, weight: Floats, wanted: Mask, terms: Floats, centres: Ints, steep: float, radius: int
 ) -> Floats:
-    """(rows, cols, FIELDS) at every wanted sample, NaN elsewhere, and where its window does not determine a fit.
+    """Fit every wanted sample over the tangent plane of its window.
 
-    data, weight (rows, cols) and terms (rows, cols, 6) are those of wide quadratics, whose tangent planes are taken;
-    centres (rows, cols) the flat index of the sample whose window each takes; steep the slope, per column, of 45°. The
-    fit is a quadratic, and where that rises too far or misses too much, a cubic.
+    The fit is a quadratic, and where that rises too far or misses too much, a cubic.
+    data, weight: (rows, cols).
+    terms: (rows, cols, 6), wide quadratics, whose tangent planes are taken.
+    centres: (rows, cols), flat index of the sample whose window each takes.
+    steep: slope, per column, of 45°.
+    Returns (rows, cols, FIELDS), NaN elsewhere, and where a window does not determine a fit.
     """
     facets = np.empty((*data.shape, FIELDS))
 
@@ -101,9 +105,10 @@ def _fit_rows(
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def _set_axes(across: float, down: float, radius: int, axes: Floats) -> None:
-    """Write two directions on the plane of these slopes and its normal, in columns, rows and depth.
+    """Write two directions on the plane of these slopes and its normal.
 
-    They are those of the grid, turned to the plane, and in units of the window's reach on it.
+    In columns, rows and depth. They are those of the grid, turned to the plane, and in units of the window's reach on
+    it.
     """
     z = 1.0 / np.sqrt(1.0 + across * across + down * down)
     x, y, unit = -across * z, -down * z, z / radius
@@ -126,7 +131,10 @@ def _turned(col: float, row: float, depth: float, axes: Floats) -> tuple[float, 
 def _set_moments(
     data: Floats, weight: Floats, i: int, j: int, radius: int, level: float, steep: float, window: Window
 ) -> tuple[int, float]:
-    """Write the packed normal matrix and the right side of a window; its samples, and their sum of squares."""
+    """Write the packed normal matrix and the right side of a window.
+
+    Returns the number of its samples, and their sum of squares.
+    """
     normal, right, basis = window.normal, window.right, window.basis
     for k in range(len(normal)):
         normal[k] = 0.0
@@ -195,7 +203,10 @@ def _solve(count: int, square: float, window: Window) -> int:
 
 @numba.njit(cache=True, nogil=True)
 def _cholesky(packed: Floats, factor: Floats, terms: int) -> bool:
-    """Factor (t, t) of a packed symmetric matrix, in place; False when the samples do not determine the terms."""
+    """Factor a packed symmetric matrix (t, t) in place.
+
+    Returns False when the samples do not determine the terms.
+    """
     k = 0
     for i in range(terms):
         for j in range(i + 1):
@@ -214,7 +225,10 @@ def _cholesky(packed: Floats, factor: Floats, terms: int) -> bool:
 
 @numba.njit(cache=True, nogil=True)
 def _substitute_back(terms: int, window: Window) -> None:
-    """Write the coefficients of so many terms, 0 for the others, from what the factor's triangle gave."""
+    """Write the coefficients of `terms` terms, 0 for the others.
+
+    They come from the forward substitution with the factor.
+    """
     factor, surface = window.factor, window.surface
     for p in range(CUBIC - 1, -1, -1):
         entry = window.solution[p] if p < terms else 0.0
@@ -225,9 +239,11 @@ def _substitute_back(terms: int, window: Window) -> None:
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def _on_line_of_sight(col: int, row: int, axes: Floats, s: Floats) -> tuple[float, float, float]:
-    """Depth of the surface s (CUBIC,) on a line of sight, and its change per column and row; NaN for too far a turn.
+    """Return depth on a line of sight, and its change per column and row.
 
-    By Newton's method on the height over the plane, whose slopes in (col, row, depth) are those of the surface.
+    By Newton's method on the height over the plane, whose slopes in (col, row, depth) are those of the surface; NaN
+    where it turns too far.
+    s: (CUBIC,), the surface.
     """
     depth = -(axes[2, 0] * col + axes[2, 1] * row) / axes[2, 2]
     by_col, by_row, by_depth = axes[2, 0], axes[2, 1], axes[2, 2]

@@ -21,11 +21,11 @@ PAPER_PERCENTILE = 75  # of lightness: brighter samples are paper, not ink
 
 
 class ColouredTable(NamedTuple):
-    """A table that its colour tells.
+    """Table that is recognised by its colour.
 
-    samples   (rows, cols) True on it.
-    plane     its plane, with a tolerance for its own unevenness: cloth lies in wrinkles.
-    brighter  whether the paper on it is.
+    samples: (rows, cols), True on it.
+    plane: its plane, with a tolerance for its own unevenness: cloth lies in wrinkles.
+    brighter: whether the paper on it is brighter.
     """
 
     samples: Mask
@@ -34,10 +34,12 @@ class ColouredTable(NamedTuple):
 
 
 def table_by_colour(colour: Floats, plane: TablePlane, band: Mask, own: Mask) -> ColouredTable | None:
-    """The samples on a plane that have the colour which most of its own have, those (rows, cols) that tell the plane.
+    """Return the samples on a plane that have the colour of most of its own.
 
-    They lie in a band (rows, cols), which shows how uneven the table is. None when the paper has the colour of the
-    table, too, or the rest is no sheet. colour (rows, cols, 3) L*a*b* of the samples.
+    own: (rows, cols), the samples that determine the plane; they lie in a band (rows, cols), which shows how uneven the
+        table is.
+    colour: (rows, cols, 3), L*a*b* of the samples.
+    Returns None when the paper has the colour of the table, too, or the rest is not a sheet.
     """
     centre, sigma = _colour_distribution(colour[plane.samples & own])
     plane = plane._replace(tolerance=_unevenness(plane, band, colour, centre, sigma))
@@ -53,14 +55,20 @@ def table_by_colour(colour: Floats, plane: TablePlane, band: Mask, own: Mask) ->
 
 
 def _unevenness(plane: TablePlane, band: Mask, colour: Floats, centre: Floats, sigma: Floats) -> float:
-    """The tolerance, mm, of a table whose heights scatter in a band (rows, cols) by more than noise explains."""
+    """Return the tolerance of an uneven table, mm.
+
+    Its heights scatter in a band (rows, cols) by more than noise explains.
+    """
     near = band & (np.abs(plane.height) < MAX_WRINKLE_MM)
     heights = plane.height[near][_of_colour(colour[near], centre, sigma)]
     return max(plane.tolerance, min(ON_PLANE_SIGMAS * robust_sigma(heights), MAX_WRINKLE_MM))
 
 
 def _of_colour(colours: Floats, centre: Floats, sigma: Floats) -> Mask:
-    """(n,) True for colours (n, 3) within the distribution of a centre (3,) and standard deviations (3,)."""
+    """Return which colours (n, 3) are within a distribution, (n,) bool.
+
+    centre, sigma: (3,), mean and standard deviations.
+    """
     off = (colours - centre) / sigma
     return np.asarray(np.einsum("ij,ij->i", off, off) < MAX_COLOUR_DISTANCE**2)
 
@@ -79,9 +87,10 @@ def lab_colours(scan: RangeScan) -> Floats | None:
 
 
 def _blurred_edge(table: Mask, on_plane: Mask, colour: Floats, centre: Floats, paper: Floats) -> Mask:
-    """(rows, cols) True beside the table and in its plane where less than half of the light is the paper's.
+    """Return samples at the table's edge with less than half paper light.
 
-    A lens and a pixel mix light, of which lightness is the cube root.
+    They are next to the table and in its plane. A lens and a pixel mix light, of which lightness is the cube root.
+    Returns (rows, cols) bool.
     """
     adjacent = cv2.dilate(table.astype(np.uint8), np.ones((2 * EDGE_BLUR + 1, 2 * EDGE_BLUR + 1), np.uint8)).astype(
         bool

@@ -1,4 +1,7 @@
-"""Segment a table of the paper's colour: by its depth below a page that stands clear of it."""
+"""Segments a table of the paper's colour, by its depth below the page.
+
+The page stands clear of it.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +17,10 @@ MAX_CONTACT_MM = 30.0  # a valley of 200 mm radius is within half a millimetre o
 
 
 def table_by_depth(plane: TablePlane) -> Mask | None:
-    """(rows, cols) True for samples on a plane that nothing above it encloses; None when the rest is no sheet above it.
+    """Return the samples on a plane that nothing above it encloses.
 
-    A strip that touches it between two parts of a page that do not is the page's.
+    A strip that touches it between two parts of a page that do not is the page's. Returns (rows, cols) bool; None when
+    the rest is not a sheet above it.
     """
     height, tolerance, pitch = plane
     above = height > tolerance  # NaN is not
@@ -28,9 +32,11 @@ def table_by_depth(plane: TablePlane) -> Mask | None:
 
 @numba.njit(cache=True)
 def _contacts(height: Floats, above: Mask, tolerance: float, pitch: float) -> Mask:
-    """(rows, cols) True in strips of a row, up to MAX_CONTACT_MM wide, from which a surface rises gently to both sides.
+    """Return narrow strips of a row where a surface touches the table.
 
-    height (rows, cols) mm above the table, NaN for none; tolerance and pitch in mm.
+    Up to MAX_CONTACT_MM wide; from them a surface rises gently to both sides.
+    height: (rows, cols) mm above the table, NaN where missing.
+    tolerance, pitch: mm.
     """
     rows, cols = height.shape
     contact = np.zeros((rows, cols), np.bool_)
@@ -39,7 +45,7 @@ def _contacts(height: Floats, above: Mask, tolerance: float, pitch: float) -> Ma
         for past in range(EDGE_BLUR):
             most = tolerance + CONTACT_SLOPE * pitch * (past + MAX_GAP)
             for col in range(cols - past):
-                gently[0, col + past] &= not height[row, col] > most  # NaN is no step
+                gently[0, col + past] &= not height[row, col] > most  # NaN is not a step
                 gently[1, col] &= not height[row, col + past] > most
         last = cols
         for col in range(cols):

@@ -1,4 +1,4 @@
-"""The outline of a page against its table: where it stands clear of it, and where it touches it."""
+"""Outline of a page against its table: standing clear or touching."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from restore.scan import Floats, Ints, Mask
 INWARDS = 3  # samples over which a page goes on as at its outline: 2 to 4 mm
 MAX_APART = 10  # samples from a page to its table, besides the width of its shadow: of black cloth a tenth is measured
 STRIP = 6  # samples along the outline of a flat page, on both sides of it
-LEAST_STRIP = 100  # samples of one
+MIN_STRIP = 100  # samples of one
 PAPER_MM = 0.05  # half the thickness of paper of 80 g/m²: dark ink may seem nearer or farther, by less
 STEP_SIGMAS = 4.0
 MIN_SHEET = 0.05  # of the samples, in one piece; the rest of a page that fills the picture is letters and lines
@@ -23,10 +23,11 @@ CONTACT_SLOPE = 1.0  # 45°: a page that touches the table rises from it less st
 
 
 class PageOutline(NamedTuple):
-    """The outline of a page beside its table; without the frame of the picture, where it goes on unseen.
+    """Outline of a page next to its table.
 
-    clear     share of it that stands clear of the table: the page, going on as it does there, would not meet it.
-    touching  share of it that touches the table.
+    Without the frame of the image, where it continues unseen.
+    clear: fraction of it that stands clear of the table: the page, continuing as it does there, would not meet it.
+    touching: fraction of it that touches the table.
     """
 
     clear: float
@@ -34,17 +35,27 @@ class PageOutline(NamedTuple):
 
 
 def page_on(table: Mask, plane: TablePlane) -> Mask:
-    """(rows, cols) True on the largest piece of what does not belong to a table of samples (rows, cols)."""
+    """Return the largest piece outside a table of samples (rows, cols).
+
+    Returns (rows, cols) bool.
+    """
     return _largest(without_speckles(plane.measured & ~table))
 
 
 def is_enclosed(page: Mask, measured: Mask) -> bool:
-    """True when a page (rows, cols) ends before the frame of the picture, as samples (rows, cols) show it."""
+    """Return whether a page ends before the frame of the image.
+
+    page: (rows, cols).
+    measured: (rows, cols), which shows the frame.
+    """
     return not (page & frame_of(measured)).any()
 
 
 def frame_of(measured: Mask) -> Mask:
-    """(rows, cols) True in the first and the last row and column with measured samples (rows, cols), and beyond."""
+    """Return the outermost rows and columns with samples, and beyond.
+
+    measured: (rows, cols). Returns (rows, cols) bool.
+    """
     frame = np.ones_like(measured)
     rows, cols = (np.flatnonzero(measured.any(axis=axis)) for axis in (1, 0))
     frame[rows[0] + 1 : rows[-1], cols[0] + 1 : cols[-1]] = False
@@ -52,7 +63,10 @@ def frame_of(measured: Mask) -> Mask:
 
 
 def outline_of(page: Mask, table: Mask, plane: TablePlane) -> PageOutline:
-    """The outline of a page (rows, cols) beside a table of samples (rows, cols)."""
+    """Return the outline of a page (rows, cols) next to its table.
+
+    table: (rows, cols), samples.
+    """
     outline, apart = _beside(table, page & ~binary_erosion(page, border_value=1) & plane.measured, page, plane)
     height = plane.height[outline]
     on_page = np.where(page & plane.measured, plane.height, -np.inf)
@@ -63,29 +77,33 @@ def outline_of(page: Mask, table: Mask, plane: TablePlane) -> PageOutline:
 
 
 def lies_above(page: Mask, table: Mask, plane: TablePlane) -> bool:
-    """Whether a page (rows, cols) that lies flat on a table (rows, cols) is as high above it as paper is thick.
+    """Return whether a page is as high above its table as paper is thick.
 
-    Height is compared in strips along the outline, EDGE_BLUR samples from it: a table may be bowed by as much.
+    The page lies flat on the table (rows, cols). Height is compared in strips along the outline, EDGE_BLUR samples from
+    it: a table may be bowed by as much.
+    page: (rows, cols).
     """
     inner, outer = (
         plane.height[samples & _within(other, EDGE_BLUR + STRIP) & ~_within(other, EDGE_BLUR)]
         for samples, other in ((page & plane.samples, ~page), (table, page))
     )
-    if min(inner.size, outer.size) < LEAST_STRIP:
+    if min(inner.size, outer.size) < MIN_STRIP:
         return False
     error = np.sqrt(inner.var() / inner.size + outer.var() / outer.size)
     return bool(inner.mean() - outer.mean() > max(PAPER_MM, STEP_SIGMAS * error))
 
 
 def _within(mask: Mask, samples: int) -> Mask:
-    """(rows, cols) True on a mask (rows, cols) and up to so many samples beside it."""
+    """Return a mask (rows, cols) dilated by `samples`."""
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * samples + 1, 2 * samples + 1), np.uint8)).astype(bool)
 
 
 def _beside(table: Mask, outline: Mask, page: Mask, plane: TablePlane) -> tuple[tuple[Ints, Ints], Floats]:
-    """Where (k,) the outline (rows, cols) of a page (rows, cols) is beside a table (rows, cols), and how far, samples.
+    """Return where an outline is next to a table, and how far, samples.
 
-    There is no page between them, and no more that was not measured than a shadow and MAX_APART explain.
+    Between them are neither other parts of the page nor wider unmeasured gaps than a shadow and MAX_APART explain.
+    table, outline, page: (rows, cols).
+    Returns positions (k,) and distances (k,).
     """
     apart, nearest = _nearest(table)
     found, apart = np.argwhere(outline), apart[outline]
@@ -97,7 +115,10 @@ def _beside(table: Mask, outline: Mask, page: Mask, plane: TablePlane) -> tuple[
 
 
 def _nearest(samples: Mask) -> tuple[Floats, Ints]:
-    """(rows, cols) distance to the nearest of samples (rows, cols), to a hundredth, and its index in the flat grid."""
+    """Return distance and index of the nearest of samples (rows, cols).
+
+    The distance (rows, cols) is to a hundredth, the index into the flat grid.
+    """
     others = (~samples).astype(np.uint8)
     apart, number = cv2.distanceTransformWithLabels(
         others, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
@@ -108,24 +129,28 @@ def _nearest(samples: Mask) -> tuple[Floats, Ints]:
 
 
 def _largest(mask: Mask) -> Mask:
-    """(rows, cols) the largest connected piece of a mask (rows, cols)."""
+    """Return the largest connected piece of a mask (rows, cols)."""
     _, labels = cv2.connectedComponents(mask.astype(np.uint8))
     sizes = np.bincount(labels.ravel(), minlength=2)
     return np.asarray(labels == 1 + int(sizes[1:].argmax()))
 
 
 def without_speckles(samples: Mask) -> Mask:
-    """(rows, cols) the pieces of samples (rows, cols), gaps of one closed, single ones gone, and what they enclose."""
+    """Return samples without speckles, gaps and holes.
+
+    Gaps of one are closed, single samples removed, and enclosed areas filled. Returns (rows, cols) bool.
+    """
     kernel = np.ones((3, 3), np.uint8)
     solid = cv2.morphologyEx(samples.astype(np.uint8), cv2.MORPH_CLOSE, kernel)
     return np.asarray(binary_fill_holes(cv2.morphologyEx(solid, cv2.MORPH_OPEN, kernel)))
 
 
 def is_sheet(rest: Mask, measured: Mask) -> bool:
-    """Whether the largest connected piece of samples (rows, cols), of those measured (rows, cols), may be a sheet.
+    """Return whether the largest connected piece may be a sheet.
 
-    Links one or two samples wide are none. Where nothing was measured a piece goes on as beside it: dark ink and a weak
-    laser lose samples on paper, too.
+    Links one or two samples wide do not connect. Where nothing was measured a piece continues as next to it: dark ink
+    and a weak laser lose samples on paper, too.
+    rest, measured: (rows, cols).
     """
     everywhere = rest.ravel()[_nearest(measured)[1]]
     solid = cv2.morphologyEx(everywhere.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))

@@ -1,4 +1,4 @@
-"""The plane of a table, or nearly one, fitted to what was measured along the border of a range image."""
+"""Plane of a table, or nearly one, along the border of a range image."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from restore.scan import Floats, Mask, RangeScan
 ON_PLANE_SIGMAS = 4.0
 MIN_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
 MAX_BOW = 0.01  # of the breadth of the picture: what a table may be bowed by; a page is bent by more
-EVERYWHERE = 64  # samples from one to the next of those that tell how far a surface is bowed
+EVERYWHERE = 64  # samples between those that determine how far a surface is bowed
 MAX_SPAN = 24  # samples over which a page is nearly straight, and lines within one side of the band
-LEAST_SPANS = 30  # that tell noise, to a sixth of it
+MIN_SPANS = 30  # enough to estimate the noise to a sixth
 
 
 class TablePlane(NamedTuple):
@@ -32,12 +32,12 @@ class TablePlane(NamedTuple):
 
     @property
     def measured(self) -> Mask:
-        """(rows, cols) True where there is a sample."""
+        """Return where a sample was measured, (rows, cols) bool."""
         return np.isfinite(self.height)
 
     @property
     def samples(self) -> Mask:
-        """(rows, cols) True on the plane."""
+        """Return the samples on the plane, (rows, cols) bool."""
         return np.asarray(np.abs(self.height) < self.tolerance)
 
 
@@ -47,10 +47,12 @@ def lies_on(plane: TablePlane, samples: Mask) -> bool:
 
 
 def fit_table_plane(scan: RangeScan, inverse_depth: Floats, band: Mask, apart: int) -> tuple[TablePlane, Mask]:
-    """The likeliest plane of a band (rows, cols), and (rows, cols) True for the samples of it that tell the plane.
+    """Fit the likeliest plane of a band (rows, cols).
 
-    inverse_depth (rows, cols) 1/mm: for a plane it is an affine function of the direction of a sample, and for one that
-    is bowed a little a quadratic. apart: so many samples lie between two that have noise of their own.
+    inverse_depth: (rows, cols) 1/mm; for a plane it is an affine function of the direction of a sample, and for one
+        that is bowed a little a quadratic.
+    apart: distance in samples from which on noise is independent.
+    Returns the plane, and (rows, cols) bool of the samples that determine it.
     """
     x, y = (scan.points[..., axis] * inverse_depth for axis in (0, 1))
     pitch = _pitch(x)  # in samples: with lens distortion row and column are not affine in them
@@ -72,15 +74,19 @@ def fit_table_plane(scan: RangeScan, inverse_depth: Floats, band: Mask, apart: i
 
 
 def _pitch(x: Floats) -> float:
-    """The median change from a column to the next of values (rows, cols), NaN for none, by columns as near as exist."""
+    """Return the median change from a column to the next.
+
+    x: (rows, cols), NaN where missing; columns as near as exist are used.
+    """
     changes = ((x[:, apart:] - x[:, :-apart]) / apart for apart in range(1, x.shape[1]))
     return float(next((np.nanmedian(one) for one in changes if np.isfinite(one).any()), 1.0))
 
 
 def _noise_sigma(inverse_depth: Floats, band: Mask, apart: int) -> float:
-    """Standard deviation of a sample, 1/mm, from what it is off the line from the one before to the one after it.
+    """Return the standard deviation of a sample, 1/mm.
 
-    They stand in one column, where noise is uncorrelated, and count alike where most were lost.
+    From its deviation from the line between the samples before and after it. They are in one column, where noise is
+    uncorrelated, and count alike where most were lost.
     """
     every = np.ascontiguousarray(band[::apart].T)
     col, row = np.nonzero(every)
@@ -91,4 +97,4 @@ def _noise_sigma(inverse_depth: Floats, band: Mask, apart: int) -> float:
     before, own, after = (part[together] for part in (value[:-2], value[1:-1], value[2:]))
     off = (own - (1.0 - share) * before - share * after) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
     floor = MIN_NOISE_MM * float(np.nanmedian(inverse_depth)) ** 2
-    return max(robust_sigma(off), floor) if off.size >= LEAST_SPANS else floor
+    return max(robust_sigma(off), floor) if off.size >= MIN_SPANS else floor

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,29 +19,30 @@ from restore.range_image.segmentation.outline import frame_of
 from restore.range_image.segmentation.table import find_table
 from restore.scan import Floats, Ints, Mask, RangeScan, with_findings
 
-MIN_SHARE = 0.02  # of the grid: a smaller piece is no page
+MIN_SHARE = 0.02  # of the grid: a smaller piece is not a page
 ANOTHER = 0.25  # of the largest surface: another page, or the rest of a torn one; a hand or a weight has less
 ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the laser was strong enough
 SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the image"
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
 MAX_TOUCHING = 0.04  # of a page's outline on a table of its own colour: the corners of one that is flat elsewhere
+MAX_UNCONNECTED = 0.01  # of a sheet's samples, in pieces that do not connect to it: noise and specks have a tenth of it
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
-SPECK = 2  # samples: what is no broader is noise; in the row that an edge runs along some are called the sheet's
+SPECK = 2  # samples: anything narrower is noise; in the row that an edge runs along some are counted as the sheet's
 MAX_LOST = CLOSING_DIAMETER - 1  # samples in a row that a sheet goes on over: the outline is closed over as many
-# The same beside a table that was measured, where nothing but the sheet can have lost them: across a side that is
+# The same next to a table that was measured, where nothing but the sheet can have lost them: across a side that is
 # hollow, by a radius of 25 samples or more, it adds half a sample at most.
 MAX_LOST_ON_TABLE = 10
 
 
 @dataclass(frozen=True, eq=False)
 class SegmentedScan:
-    """A range image in which a sheet was found.
+    """Range image in which a sheet was found.
 
-    scan     the whole of it.
-    rays     of its picture.
-    samples  (rows, cols) that lie on the sheet.
-    inside   (rows, cols) the sheet's whole area, its interior holes included.
-    table    (rows, cols) that lie on the table below it; None where nobody looked for one.
+    scan: the whole of it.
+    rays: of its image.
+    samples: (rows, cols), those on the sheet.
+    inside: (rows, cols), the sheet's whole area, its interior holes included.
+    table: (rows, cols), those on the table below it; None where it was not looked for.
     """
 
     scan: RangeScan
@@ -62,29 +63,49 @@ class SegmentedScan:
 
     @property
     def cut(self) -> float:
-        """Share of the sheet's border that lies in the first and last rows and columns with samples: it may go on."""
+        """Return the fraction of the border that may be cut off.
+
+        It lies in the first and last rows and columns with samples: the sheet may continue.
+        """
         border = self.inside & ~binary_erosion(self.inside)
         return float((border & frame_of(self.scan.measured)).sum() / max(border.sum(), 1))
 
 
 def segment(scan: RangeScan, rays: Rays, samples: Mask, *, lost: Mask | None = None) -> SegmentedScan:
-    """The scan with the sheet of these samples (rows, cols), and of those (rows, cols) that were lost between them."""
+    """Return the scan with a sheet of samples and of those lost between.
+
+    samples, lost: (rows, cols).
+    """
     return SegmentedScan(scan, rays, samples, fill_outline(samples if lost is None else samples | lost))
 
 
 def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
     """The scan with the largest connected surface off the table as its sheet.
 
+    Its findings name others that could be pages, or how much is in smaller pieces: of dark ink or a steep part a weak
+    laser measures nothing, and what lies beyond, at the edge of the picture, does not connect to the page.
     Raises NotEnoughSurface when no connected surface is large enough to be a page.
     """
     scan, table = _find_table(scan)
-    return replace(largest_surface(scan, rays, scan.measured & ~table), table=table)
+    samples = scan.measured & ~table
+    sheet = replace(largest_surface(scan, rays, samples), table=table)
+    if len(sheet.scan.findings) > len(scan.findings):  # it names others already
+        return sheet
+    return replace(sheet, scan=with_findings(sheet.scan, *_unconnected(samples, [sheet])))
+
+
+def _unconnected(samples: Mask, sheets: Sequence[SegmentedScan]) -> list[Finding]:
+    """Return a finding where samples (rows, cols) connect to no sheet."""
+    rest = samples & ~np.any([sheet.inside for sheet in sheets], axis=0)
+    fraction = float(rest.sum() / sum(sheet.samples.sum() for sheet in sheets))
+    return [Finding.of("unconnected", fraction)] if fraction > MAX_UNCONNECTED else []
 
 
 def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
-    """The scan with the largest connected surface of some of its samples (rows, cols) as its sheet.
+    """Return the scan with its largest connected surface as the sheet.
 
-    Its findings name others that could be pages. Raises NotEnoughSurface when none is large enough to be a page.
+    Its findings name others that could be pages. Raises NotEnoughSurface when no surface is large enough to be a page.
+    samples: (rows, cols).
     """
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
     sheet = _labelled(scan, rays, samples, labels == max(int(np.argmax(sizes)), 1))
@@ -103,22 +124,33 @@ def _with_others(scan: RangeScan, others: int) -> RangeScan:
 
 
 def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
-    """The scan with each connected surface off the table that is large enough to be a page as its sheet."""
+    """Return the scan once with each surface that may be a page.
+
+    Connected, off the table and large enough.
+    """
     scan, table = _find_table(scan)
     samples = scan.measured & ~table
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
     large = np.flatnonzero(sizes >= MIN_SHARE * labels.size)
     pieces = [replace(_labelled(scan, rays, samples, labels == label), table=table) for label in large]
-    return [piece for piece in pieces if piece.share >= MIN_SHARE]
+    pieces = [piece for piece in pieces if piece.share >= MIN_SHARE]
+    said = _unconnected(samples, pieces) if pieces else []
+    return [replace(piece, scan=with_findings(piece.scan, *said)) for piece in pieces]
 
 
 def _labelled(scan: RangeScan, rays: Rays, samples: Mask, surface: Mask) -> SegmentedScan:
-    """The scan with one surface (rows, cols) of its samples (rows, cols), and of those lost between them, as sheet."""
+    """Return the scan with one labelled surface as its sheet.
+
+    surface: (rows, cols), of its samples (rows, cols) and of those lost between them.
+    """
     return segment(scan, rays, surface & samples, lost=surface & ~samples)
 
 
 def _find_table(scan: RangeScan) -> tuple[RangeScan, Mask]:
-    """A scanner's picture with what its table warns of, and (rows, cols) the samples on that."""
+    """Return the scanner's image with warnings about its table.
+
+    Returns also the samples (rows, cols) on the table.
+    """
     table, touching = find_table(scan, inverse_depths(scan), scan.measured)
     if touching > MAX_TOUCHING:
         scan = with_findings(scan, Finding.of("unseen_edge", touching))
@@ -126,14 +158,15 @@ def _find_table(scan: RangeScan) -> tuple[RangeScan, Mask]:
 
 
 def inverse_depths(scan: RangeScan) -> Floats:
-    """(rows, cols) 1/mm, NaN where nothing was measured."""
+    """Return inverse depths (rows, cols) 1/mm, NaN where not measured."""
     return np.asarray(1.0 / np.where(scan.measured, -scan.points[..., 2], np.nan))
 
 
 def _label_connected_surfaces(scan: RangeScan, rays: Rays, samples: Mask) -> tuple[Ints, Ints]:
-    """Labels (rows, cols) of the connected surfaces of samples (rows, cols), 0 for none, and their sizes, 0 for it.
+    """Label the connected surfaces of samples (rows, cols).
 
     A surface has those of its samples, too, that were lost; they do not count for its size.
+    Returns labels (rows, cols), 0 outside, and the sizes, 0 for that.
     """
     depth, goes_on = _over_lost(scan, rays, samples)
     labels = _label_connected(depth, goes_on, rays.dx * MAX_SLOPE)
@@ -143,9 +176,11 @@ def _label_connected_surfaces(scan: RangeScan, rays: Rays, samples: Mask) -> tup
 
 
 def _over_lost(scan: RangeScan, rays: Rays, samples: Mask) -> tuple[Floats, Mask]:
-    """(rows, cols) mm the depth of samples (rows, cols), and of those lost between them; (rows, cols) True for both.
+    """Interpolate the depth of samples lost between others.
 
-    A sample that is missing says nothing of where a sheet ends: one that was measured on the table does.
+    A missing sample does not show where a sheet ends: one that was measured on the table does.
+    Returns depth (rows, cols) mm of samples (rows, cols) and of those lost between them, and (rows, cols) True for
+    both.
     """
     depth, measured = -scan.points[..., 2], scan.measured
     longest = MAX_LOST_ON_TABLE if (measured & ~samples).any() else MAX_LOST
@@ -159,7 +194,10 @@ def _over_lost(scan: RangeScan, rays: Rays, samples: Mask) -> tuple[Floats, Mask
 
 
 def fill_outline(samples: Mask) -> Mask:
-    """The mask (rows, cols) of samples with notches closed and interior holes filled, nothing added outside."""
+    """Return the mask (rows, cols) with notches closed and holes filled.
+
+    Nothing is added outside.
+    """
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (CLOSING_DIAMETER, CLOSING_DIAMETER))
     # Padded: closing would otherwise bridge a notch to the border of the grid.
     closed = cv2.morphologyEx(np.pad(samples, CLOSING_DIAMETER).astype(np.uint8), cv2.MORPH_CLOSE, kernel)
@@ -173,9 +211,10 @@ def fill_outline(samples: Mask) -> Mask:
 
 
 def _interpolated(depth: Floats, samples: Mask, measured: Mask, longest: int, step: float) -> Floats:
-    """(rows, cols) mm: depth where up to so many of a row were not measured, between two samples; NaN elsewhere.
+    """Interpolate depth over gaps of up to `longest` samples in a row.
 
-    Those differ by less than `step`·depth for each.
+    The samples at both ends differ by less than `step`·depth for each of the gap. Returns (rows, cols) mm, NaN
+    elsewhere.
     """
     last, following = gaps_of_rows(measured)
     apart, before = following - last, depth.ravel()[last]
@@ -191,7 +230,10 @@ def _interpolated(depth: Floats, samples: Mask, measured: Mask, longest: int, st
 
 
 def _label_connected(depth: Floats, measured: Mask, step: float) -> Ints:
-    """(rows, cols) labels of connected pieces, 0 for none; neighbours differ by less than `step`·depth per sample."""
+    """Label connected pieces, (rows, cols), 0 outside.
+
+    Neighbours differ by less than `step`·depth per sample.
+    """
     labels = np.zeros(depth.shape, np.int64)
     stack = np.empty((depth.size, 2), np.int64)
     _label(np.ascontiguousarray(depth), np.ascontiguousarray(measured), step, labels, stack)
@@ -200,7 +242,11 @@ def _label_connected(depth: Floats, measured: Mask, step: float) -> Ints:
 
 @numba.njit(cache=True)
 def _label(depth: Floats, measured: Mask, step: float, labels: Ints, stack: Ints) -> None:
-    """Write labels (rows, cols), which are 0, in the order of the rows. stack (rows · cols, 2) is scratch."""
+    """Write labels (rows, cols) in the order of the rows.
+
+    labels: 0 at first.
+    stack: (rows · cols, 2), scratch.
+    """
     rows, cols = depth.shape
     label = 0
     for row in range(rows):

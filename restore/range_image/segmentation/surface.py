@@ -1,8 +1,8 @@
-"""The surface of a table: the plane, or one that is bowed a little, that makes what was measured the likeliest.
+"""Surface of a table: the likeliest plane, or one bowed a little.
 
-It is fitted to means of small blocks of samples, of which noise is a hundredth of a millimetre or two: a plane aslant
+It is fitted to means of small blocks of samples, of which noise is a hundredth of a millimetre or two: a plane tilted
 through a table and a page just above it lies within the noise of single samples, but not within that of blocks. No
-table is as even as that, though: how uneven it is, and whether it is bowed, the likelihood tells.
+table is as even as that, though: the likelihood determines how uneven it is, and whether it is bowed.
 """
 
 from __future__ import annotations
@@ -49,13 +49,14 @@ class TableSurface(NamedTuple):
     uneven: float
 
     def of(self, blocks: Blocks) -> Mask:
-        """(n,) True for blocks on the surface."""
+        """Return which blocks are on the surface, (n,) bool."""
         off = np.abs(blocks.heights - blocks.terms @ self.factors)
         return np.asarray(off < ON_SURFACE * _sigma(blocks, self.uneven))
 
     def evidence(self, blocks: Blocks, parameters: int) -> float:
-        """Twice the logarithm of how likely its parameters make all blocks, less what they cost (Schwarz, 1978: BIC).
+        """Return the Bayesian information criterion of a surface.
 
+        It is twice the logarithm of how likely its parameters make all blocks, less their cost (Schwarz, 1978: BIC).
         What is not on the surface may be on a second one, as far from it everywhere: a page that lies on its table.
         """
         sigma = _sigma(blocks, self.uneven)
@@ -68,30 +69,39 @@ class TableSurface(NamedTuple):
 
 
 def _sigma(blocks: Blocks, uneven: float) -> Floats:
-    """(n,) mm: the standard deviation of the height of each block over an uneven surface."""
+    """Return the standard deviation (n,) mm of the height of each block.
+
+    Over an uneven surface.
+    """
     return np.hypot(blocks.noise, uneven)
 
 
 def _normal(off: Floats) -> Floats:
-    """(n,) the density of a normal distribution, so many standard deviations (n,) off its mean."""
+    """Return the normal density (n,) at `off` standard deviations (n,)."""
     return np.asarray(np.exp(-0.5 * off**2) / np.sqrt(2.0 * np.pi))
 
 
 def terms_of(x: Floats, y: Floats) -> Floats:
-    """(…, 6) the terms 1, x, y, x², xy, y² of places (…)."""
+    """Return the terms (…, 6) 1, x, y, x², xy, y² of places (…)."""
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
 
 
 def block_numbers(band: Mask) -> Ints:
-    """(n,) the number of the block that each of the samples of a band (rows, cols) lies in, from 0."""
+    """Return the block number (n,) of each sample of a band, from 0.
+
+    band: (rows, cols).
+    """
     row, col = np.nonzero(band)
     return np.unique(row // BLOCK * band.shape[1] + col // BLOCK, return_inverse=True)[1]
 
 
 def blocks_of(numbers: Ints, terms: Floats, heights: Floats, noise: float, apart: int) -> Blocks:
-    """The blocks of numbers (n,), from terms (n, 6) and heights (n,) mm of samples with a noise, mm.
+    """Average samples into blocks.
 
-    apart: so many samples lie between two that have noise of their own.
+    numbers: (n,), the block of each sample.
+    terms: (n, 6).
+    heights: (n,) mm, with a noise, mm.
+    apart: distance in samples from which on noise is independent.
     """
     count = np.bincount(numbers)
     means = np.stack([np.bincount(numbers, column) / count for column in (*terms.T, heights)], axis=1)
@@ -100,9 +110,10 @@ def blocks_of(numbers: Ints, terms: Floats, heights: Floats, noise: float, apart
 
 
 def likeliest_surface(blocks: Blocks, everywhere: Floats, most_mm: float) -> TableSurface | None:
-    """The likeliest surface of blocks; None where they lie on a line.
+    """Return the likeliest surface of blocks, None if they are on a line.
 
-    everywhere (n, 6) terms of samples all over the picture: over them, a surface is bowed by so many mm at most.
+    everywhere: (n, 6), terms of samples all over the image.
+    most_mm: the most that a surface is bowed over them.
     """
     planes = _planes_of_three(blocks)
     if not len(planes):
@@ -120,7 +131,10 @@ def likeliest_surface(blocks: Blocks, everywhere: Floats, most_mm: float) -> Tab
 
 
 def _planes_of_three(blocks: Blocks) -> Floats:
-    """(k, 6) the factors of planes, each through three blocks drawn by their samples, which are not on a line."""
+    """Return candidate planes (k, 6), each through three blocks.
+
+    The blocks are drawn by their samples and are not on a line. A plane is given by its factors.
+    """
     random = np.random.default_rng(0)  # fixed: the same scan gives the same page
     chance = blocks.weights / blocks.weights.sum()
     triples = random.choice(len(chance), (TRIALS, PLANE), p=chance)
@@ -131,9 +145,9 @@ def _planes_of_three(blocks: Blocks) -> Floats:
 
 
 def _likely(off: Floats, blocks: Blocks, uneven: float) -> Ints:
-    """(LIKELY,) which of k planes has the least squares of what blocks are off, (n, k) mm, each to ON_SURFACE (MSAC).
+    """Return the LIKELY planes of least squared deviation, (LIKELY,).
 
-    Torr & Zisserman, "MLESAC", 2000.
+    off: (n, k) mm, of blocks from k planes, each limited to ON_SURFACE (MSAC: Torr & Zisserman, "MLESAC", 2000).
     """
     limit = ON_SURFACE * _sigma(blocks, uneven)
     squares = blocks.weights @ np.minimum(off / limit[:, None], 1.0) ** 2
@@ -141,9 +155,9 @@ def _likely(off: Floats, blocks: Blocks, uneven: float) -> Ints:
 
 
 def _refined(surface: TableSurface, blocks: Blocks, parameters: int) -> TableSurface:
-    """A surface of the first so many parameters that is fitted to the blocks on it (locally optimised RANSAC).
+    """Return a surface of `parameters` terms fitted to the blocks on it.
 
-    Chum, Matas & Kittler, 2003.
+    Locally optimised RANSAC (Chum, Matas & Kittler, 2003).
     """
     fitted_to = np.zeros(len(blocks.heights), bool)
     for _ in range(REFINEMENTS):
@@ -159,6 +173,9 @@ def _refined(surface: TableSurface, blocks: Blocks, parameters: int) -> TableSur
 
 
 def _bends(terms: Floats) -> Floats:
-    """(n, 3) what terms (n, 6) of a bowed surface are off the plane nearest to each: its factors times that bow it."""
+    """Return the part of the quadratic terms that no plane explains.
+
+    terms: (n, 6). Returns (n, 3), residuals of x², xy, y² from a least-squares plane.
+    """
     flat, bent = terms[:, :PLANE], terms[:, PLANE:]
     return np.asarray(bent - flat @ np.linalg.lstsq(flat, bent, rcond=None)[0])

@@ -1,8 +1,8 @@
-"""Find the table that a sheet lies on: a plane, or nearly one, along the border of the picture, below the sheet.
+"""Finds the table below a sheet: a plane, or nearly one, at the border.
 
-A page that fills the picture has planes, too: a panel of a leaflet, in a light of its own, or the margins of an open
-book. A page goes on from one of its parts to the next, while what lies on a table ends there, by a step. Where a sheet
-lies too flat for a step its colour tells it.
+A page that fills the image has planes, too: a panel of a leaflet, lit differently, or the margins of an open book. A
+page continues from one of its parts to the next, while what lies on a table ends there, by a step. Where a sheet is too
+flat for a step its colour decides.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from restore.range_image.segmentation.plane import TablePlane, fit_table_plane, 
 from restore.scan import Floats, Mask, RangeScan
 
 BORDER_BAND = 12  # samples: the table reaches the border of the picture, the sheet should not
-MIN_BAND = 100  # samples of it that tell a plane: a hundredth of it, and of black cloth a tenth is measured
-MIN_SHARE = 0.25  # of the band's samples on one plane; less is no table
+MIN_BAND = 100  # samples of it that determine a plane: a hundredth of it, and of black cloth a tenth is measured
+MIN_SHARE = 0.25  # of the band's samples on one plane, for a table
 MIN_LEFT = 0.05  # of the band, besides the planes that were tried: fewer are what dark ink scatters off a page
 MAX_PLANES = 2  # tried: a page that leaves the picture may have one in the band itself; parts of a bent one have more
 MIN_CLEAR = 0.4  # of a page's outline stands clear of a table; of one that bends up from a flat margin, noise alone
@@ -28,10 +28,10 @@ MESH_APART = 4  # samples of the view of a mesh, more than a vertex lies from th
 
 
 class Table(NamedTuple):
-    """The table in a range image.
+    """Table in a range image.
 
-    samples   (rows, cols) True on it. False everywhere when no table is detected.
-    touching  share of the page's outline that touches a table of its own colour, where its edge is not seen.
+    samples: (rows, cols), True on it. False everywhere when no table is detected.
+    touching: fraction of the page's outline that touches a table of its own colour, where its edge is not seen.
     """
 
     samples: Mask
@@ -39,10 +39,12 @@ class Table(NamedTuple):
 
 
 def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed: bool = True) -> Table:
-    """The table: in its plane and of its colour, or, where the paper has that, too, below a page that stands clear.
+    """Find the table: in its plane and of its colour, or below a page.
 
-    inverse_depth (rows, cols) 1/mm. A table extends to the frame of the picture; when that is not the scanner's
-    (`framed` False), as for a mesh that was rotated, it extends to the outer border of the measured samples.
+    Depth decides where the paper has the table's colour and the page stands clear. A table extends to the frame of the
+    image; when that is not the scanner's (`framed` False), as for a mesh that was rotated, it extends to the outer
+    border of the measured samples.
+    inverse_depth: (rows, cols) 1/mm.
     """
     outer = np.ones_like(measured) if framed else binary_fill_holes(measured)
     band = measured & ~binary_erosion(outer, iterations=BORDER_BAND)
@@ -62,9 +64,10 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
 
 
 def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask) -> Table | None:
-    """The table on a plane in a scanner's picture; None where what does not belong to it is no sheet on a table.
+    """Return the table on a plane in a scanner's image.
 
-    One stands clear of it with a part of its outline, or its colour tells it.
+    None where the rest is not a sheet on a table. A sheet stands clear of it with a part of its outline, or its colour
+    differs.
     """
     coloured = None if colour is None else table_by_colour(colour, plane, band, own)
     if coloured is not None and _tells(coloured):
@@ -93,7 +96,10 @@ def _tells(coloured: ColouredTable) -> bool:
 
 
 def _in_view(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask) -> Table | None:
-    """The table on a plane in the view of a mesh: on all sides, most of the rest off it. Faces bridge the step."""
+    """Return the table on a plane in the view of a mesh.
+
+    It is on all sides, and most of the rest is off it. Faces bridge the step.
+    """
     if not _surrounds(plane.samples, band):
         return None
     coloured = None if colour is None else table_by_colour(colour, plane, band, own)
@@ -104,6 +110,9 @@ def _in_view(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask) ->
 
 
 def _surrounds(on_plane: Mask, band: Mask) -> bool:
-    """True when the plane is present on all four sides of the picture; one side of a fold that fills it is on three."""
+    """Return whether the plane is present on all four sides of the image.
+
+    One side of a fold that fills the image is on three.
+    """
     sides = (np.s_[:BORDER_BAND], np.s_[-BORDER_BAND:], np.s_[:, :BORDER_BAND], np.s_[:, -BORDER_BAND:])
     return all((on_plane & band)[side].sum() > MIN_SHARE * band[side].sum() for side in sides)

@@ -1,7 +1,8 @@
-"""Connections from the moment they are accepted: their number is limited before their TLS handshake, not after it.
+"""Connections from the moment they are accepted.
 
-Whoever can reach the port can open connections and send nothing, without a token. They must not take the descriptors
-that a shot needs, so a new connection closes the one that has been silent longest once the limit is reached.
+Their number is limited before their TLS handshake, not after it. Anyone who can reach the port can open connections and
+send nothing, without a token. They must not take the descriptors that a capture needs, so a new connection closes the
+one that has been silent longest once the limit is reached.
 """
 
 from __future__ import annotations
@@ -20,9 +21,11 @@ TLS_CLOSE_S = 3.0  # for a client to confirm the end of its connection: it holds
 
 
 class Connections:
-    """Accepts connections, up to a limit. limit: connections at the same time, those in their handshake included.
+    """Acceptor of connections, up to a limit.
 
-    make: a protocol for one connection. tls: the server's certificate, None for plain HTTP.
+    limit: connections at the same time, those in their handshake included.
+    make: a protocol for one connection.
+    tls: the server's certificate, None for plain HTTP.
     """
 
     def __init__(self, make: Callable[[], ConsoleProtocol], limit: int, tls: ssl.SSLContext | None = None) -> None:
@@ -82,7 +85,10 @@ class Connections:
             self._phases[phase][connection] = None
 
     def _close_silent(self) -> bool:
-        """Close the connection that has been silent longest, else the one idle longest. False: all are busy."""
+        """Close the connection that has been silent longest.
+
+        Else the one idle longest. Returns False when all are busy.
+        """
         found = next(chain(self._phases[Phase.SILENT], self._phases[Phase.IDLE]), None)
         if found is None:
             return False

@@ -1,4 +1,7 @@
-"""The files of the page: listed once, at the start; what is not in the list does not exist."""
+"""Files of the page: listed once, at the start.
+
+Files that are not in the list are not served.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,10 @@ TYPES = {
 
 @dataclass(frozen=True)
 class PageFile:
-    """A file of the page: where it is, its media type, and a tag that changes with its contents."""
+    """File of the page.
+
+    Where it is, its media type, and a tag that changes with its contents.
+    """
 
     path: Path
     media_type: str
@@ -35,7 +41,10 @@ class PageFile:
 
 
 def list_page(folder: Path = PAGE) -> Mapping[str, PageFile]:
-    """Path below the page's folder → file, of every file of a known type; links are left out."""
+    """Map the path below the page's folder to each file of a known type.
+
+    Links are left out.
+    """
     found = {}
     for path in sorted(folder.rglob("*")):
         if path.suffix in TYPES and path.is_file() and not path.is_symlink():

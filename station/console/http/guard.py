@@ -1,8 +1,8 @@
-"""Who may ask, and how much: every request passes here before a route sees it.
+"""Checks every request before a route sees it: who asks, and how much.
 
 The order is that of the checks: the shape of the head, the host, the origin, the token, the length of the body, its
 time, its type. A page of another origin can neither read (no CORS headers are ever sent) nor change anything (it has no
-token); a name that an attacker lets point to this computer is no known host (DNS rebinding). There is no cookie: a
+token); a name that an attacker lets point to this computer is not a known host (DNS rebinding). There is no cookie: a
 browser sends it to every port of a host, and another user of this computer may serve one of them.
 """
 
@@ -99,7 +99,10 @@ def _is_same(given: str, secret: str) -> bool:
 
 
 class Guard:
-    """ASGI application in front of another one; refuses, or hands a request with its whole body on."""
+    """ASGI application in front of another one.
+
+    It refuses, or hands a request with its whole body on.
+    """
 
     def __init__(self, app: App, door: Door, *, body_s: float = BODY_S) -> None:
         self.inner, self._door, self._body_s = app, door, body_s
@@ -189,7 +192,10 @@ class _Headers:
         return [value for key, value in self._raw if key == name]
 
     def only(self, name: bytes) -> bytes | None:
-        """The value of a header that may stand once. Raises ConsoleFault when it stands more often."""
+        """Return the value of a header that may stand once.
+
+        Raises ConsoleFault when it stands more often.
+        """
         values = self.all(name)
         if len(values) > 1:
             raise ConsoleFault("header", f"the header {name.decode()} stands {len(values)} times")
@@ -216,7 +222,10 @@ class _Replay:
 
 
 def _check_head(scope: MutableMapping[str, Any], headers: _Headers) -> None:
-    """Refuse what servers read in different ways: two lengths (RFC 9112, 6.3), long or coded targets."""
+    """Refuse what servers read in different ways.
+
+    Two lengths (RFC 9112, 6.3), long or coded targets.
+    """
     if headers.size > MAX_HEAD_BYTES:
         raise ConsoleFault("header", "the head is too large", status=431)
     coded = headers.only(b"transfer-encoding")
@@ -237,7 +246,10 @@ def _too_large() -> ConsoleFault:
 
 
 def _with_headers(send: Send, *, is_api: bool) -> Send:
-    """The same `send`, with the headers that every answer has, and a limit on the time that a client takes."""
+    """Return the same `send`, with the headers that every answer has.
+
+    And a limit on the time that a client takes.
+    """
 
     async def answer(message: Message) -> None:
         if message["type"] == "http.response.start":

@@ -1,4 +1,7 @@
-"""Connections of the console: uvicorn's HTTP/1 protocol with limits on the time and the size of a request's head."""
+"""Connections of the web interface: uvicorn's HTTP/1 with limits.
+
+On the time and the size of a request's head.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,10 @@ HEAD_S = 10.0  # for a handshake and a whole head: a browser sends it in one pie
 
 
 class Phase(Enum):
-    """SILENT: no complete head yet, or closing. IDLE: answered, and waiting for the next head. BUSY: being answered."""
+    """Phase of a connection.
+
+    SILENT: no complete head yet, or closing. IDLE: answered, and waiting for the next head. BUSY: being answered.
+    """
 
     SILENT = "silent"
     IDLE = "idle"
@@ -39,8 +45,9 @@ class Connection(h11.Connection):
 
 
 class ConsoleProtocol(H11Protocol):
-    """HTTP/1 over one connection. A head that is late gets 408, one that is too large 431, a damaged one 400.
+    """HTTP/1 over one connection.
 
+    A head that is late gets 408, one that is too large 431, a damaged one 400.
     on_phase: called with every change of the phase, and with None at the end.
     """
 
@@ -84,7 +91,7 @@ class ConsoleProtocol(H11Protocol):
             self._expect_head()
 
     def send_400_response(self, msg: str) -> None:  # noqa: ARG002 — uvicorn's name for it
-        """Refuse what is no request, or no body of the one that is being answered."""
+        """Refuse what is not a request, or not a body of the current one."""
         self._stop_waiting()
         if self.cycle is not None:
             self.cycle.disconnected = True

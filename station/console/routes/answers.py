@@ -1,4 +1,7 @@
-"""What the routes share: the console's state, the tab that sent it, faults as answers."""
+"""Common parts of the routes.
+
+The application's state, the tab that sent a request, faults as answers.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,10 @@ def acting(
     request: Request,
     tab: Annotated[str, Header(alias="X-Planish-Tab", pattern=r"^[A-Za-z0-9_-]{1,64}$")] = PROGRAM,
 ) -> AppState:
-    """The state of the console, for a request that changes something: its tab is in control. Raises ConsoleFault."""
+    """Return the application's state, for a request that changes something.
+
+    Its tab is in control. Raises ConsoleFault.
+    """
     app_state = app_state_of(request)
     if app_state.control.require(tab, agent_of(request.headers.get("user-agent", ""))):
         app_state.broadcast.changed()

@@ -54,7 +54,7 @@ def file(app_state: Looking, number: JobNumber, place: Annotated[int, Path(ge=0,
 
 @router.post("/export", status_code=202)
 def export(app_state: Acting, wanted: Export) -> dict[str, Any]:
-    """Write a session to a new folder in a format of archives and libraries, and check it."""
+    """Write a session to a new folder in an archive format, and check it."""
     return app_state.begin(
         export_task(app_state.root, app_state.folder_of(wanted.session), wanted.format, wanted.url)
     ).as_json()

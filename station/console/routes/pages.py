@@ -35,7 +35,7 @@ def page(app_state: Looking, number: PageNumber) -> dict[str, Any]:
 
 @router.post("/press", status_code=202)
 def press(app_state: Acting, wanted: Press) -> dict[str, Any]:
-    """What a key does; what comes of it is told by events."""
+    """Do what a key does; events report the outcome."""
     page = app_state.press(wanted.action, wanted.page, wanted.text)
     return {"accepted": True, "action": wanted.action, "page": page}
 

@@ -1,4 +1,7 @@
-"""Routes of pictures and models. Each is of an event, which never changes: browsers may keep what they got."""
+"""Routes of pictures and models.
+
+Each is of an event, which never changes: browsers may keep what they got.
+"""
 
 from __future__ import annotations
 
@@ -85,7 +88,7 @@ def scale(app_state: Looking, event: EventNumber) -> dict[str, Any]:
 
 @router.get("/pictures/{event}/coverage/legend")
 def legend(app_state: Looking, event: EventNumber) -> dict[str, Any]:
-    """The colours of the coverage and their shares of the page."""
+    """Return the colours of the coverage and their fractions of the page."""
     session = app_state.opened().session
     return coverage_legend(session, event_of(session, event))
 

@@ -14,7 +14,10 @@ router = APIRouter(prefix="/api", responses=FAULTS)
 
 @router.get("/settings")
 def settings(app_state: Looking) -> dict[str, Any]:
-    """The settings with their ranges and units, beside those of the preset."""
+    """Return the settings with their ranges and units.
+
+    Next to those of the preset.
+    """
     return app_state.all_settings()
 
 

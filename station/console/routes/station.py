@@ -38,7 +38,10 @@ class EventStreamResponse(StreamingResponse):
 
 @router.get("/enter", include_in_schema=False)
 def enter(request: Request, token: Annotated[str, Query(max_length=200)] = "") -> Response:
-    """Open the page with the token of the printed link behind the `#`, which a browser sends to no server."""
+    """Open the page with the token of the printed link.
+
+    The token is behind the `#`, which a browser sends to no server.
+    """
     door: Door = request.app.state.door
     if not door.is_token(token):
         return HTMLResponse(ENTER_PAGE, 401)
@@ -124,7 +127,7 @@ def close_session(app_state: Acting) -> dict[str, Any]:
 
 @router.get("/api/presets")
 def presets() -> dict[str, Any]:
-    """The presets that come along."""
+    """Return the bundled presets."""
     return {"presets": sessions.presets()}
 
 

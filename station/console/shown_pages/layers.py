@@ -1,4 +1,7 @@
-"""Layers of a page as pictures: the page, its master, what of it was measured, the scanner's picture."""
+"""Layers of a page as pictures.
+
+The page, its master, its coverage, the scanner's picture.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +41,10 @@ def layers_of(restored: Event | None, capture: Event | None) -> list[str]:
 
 
 def models_of(restored: Event | None, capture: Event | None) -> list[str]:
-    """The models that a page has; `steps` only where the method of flattening moves the sheet through space."""
+    """Return the models that a page has.
+
+    `steps` only where the method of flattening moves the sheet through space.
+    """
     found = [] if capture is None else ["scan"]
     if restored is None or MODEL not in restored.files:
         return found
@@ -54,7 +60,10 @@ def event_of(session: Session, number: int) -> Event:
 
 
 def stored_file(session: Session, event: Event, name: str) -> Path:
-    """The path of a file of an event, looked up in its record. Raises ConsoleFault when it is none, or a link."""
+    """Return the path of a file of an event, looked up in its record.
+
+    Raises ConsoleFault when it is not there, or is a link.
+    """
     if name not in event.files:
         raise ConsoleFault("not_found", f"event {event.number} has no file {name}")
     path = session.path(event, name)
@@ -63,7 +72,10 @@ def stored_file(session: Session, event: Event, name: str) -> Path:
 
 
 def scan_of(session: Session, event: Event) -> RangeScan | Any:
-    """The scan of a capture. Raises ConsoleFault when its files are links, BadInput when they are damaged."""
+    """Return the scan of a capture.
+
+    Raises ConsoleFault when its files are links, BadInput when they are damaged.
+    """
     if event.kind != "capture":
         raise ConsoleFault("not_found", f"event {event.number} is not a scan")
     if is_set(event.facts):
@@ -81,7 +93,10 @@ def _stored_set(session: Session, event: Event) -> Path:
 
 
 def read_layer(session: Session, event: Event, layer: str) -> Bytes:
-    """A layer as a picture (h, w, 3) or, with transparency, (h, w, 4) uint8. Raises ConsoleFault, BadInput, OSError."""
+    """Return a layer as a picture (h, w, 3) uint8.
+
+    Or, with transparency, (h, w, 4). Raises ConsoleFault, BadInput, OSError.
+    """
     if layer == ON_CAPTURE and is_set(event.facts):
         return first_picture(_stored_set(session, event)).image
     if layer == ON_CAPTURE:
@@ -94,7 +109,10 @@ def read_layer(session: Session, event: Event, layer: str) -> Bytes:
 
 
 def read_model(session: Session, event: Event) -> tuple[Mapping[str, NDArray[Any]], dict[str, Any]]:
-    """The arrays (…) and the facts of a page's model. Raises ConsoleFault when the restoration kept none."""
+    """Return the arrays (…) and the facts of a page's model.
+
+    Raises ConsoleFault when the restoration kept none.
+    """
     if MODEL not in event.files:
         raise ConsoleFault(
             "not_recorded", "this restoration kept no model", "look at its scan; pages captured here keep one"
@@ -109,7 +127,7 @@ def read_model(session: Session, event: Event) -> tuple[Mapping[str, NDArray[Any
 
 
 def coverage_legend(session: Session, event: Event) -> dict[str, Any]:
-    """The kinds of the page's pixels, their colours and their shares of the page."""
+    """Return the classes of the page's pixels, with colours and fractions."""
     seen = _coverage_codes(stored_file(session, event, FILES["coverage"]))
     counts = np.bincount(seen.ravel(), minlength=len(CoverageClass))
     total = max(int(counts[1:].sum()), 1)
@@ -156,7 +174,10 @@ def _coverage_codes(path: Path) -> Bytes:
 
 @contextmanager
 def opened(path: Path) -> Iterator[Image.Image]:
-    """A picture of a session, its size within limits; its pixels are read when they are asked for. Raises BadInput."""
+    """Open a picture of a session, its size within limits.
+
+    Its pixels are read when they are asked for. Raises BadInput.
+    """
     try:
         with Image.open(path, formats=FORMATS) as picture:
             width, height = picture.size

@@ -28,7 +28,10 @@ STEPS = {"steps.positions": "positions", "steps.step": "step", "steps.faces": "f
 
 
 def scan_model(session: Session, event: Event, *, faces: bool = True) -> bytes:
-    """The measured points of a capture, up to 307,200, with the scanner's picture on them."""
+    """Encode the measured points of a capture, with the scanner's picture.
+
+    Up to 307,200 points.
+    """
     scan = scan_of(session, event)
     facts: dict[str, Any] = {"kind": "scan", **_texture(event.number, scan.texture)}
     if not isinstance(scan, RangeScan):
@@ -53,7 +56,10 @@ def page_model(session: Session, event: Event, capture: int) -> bytes:
 
 
 def steps_model(session: Session, event: Event, capture: int) -> bytes:
-    """The recorded steps of the flattening. Raises ConsoleFault where the method does not move through space."""
+    """Encode the recorded steps of the flattening.
+
+    Raises ConsoleFault where the method does not move through space.
+    """
     arrays, _ = read_model(session, event)
     if "steps.positions" not in arrays:
         raise ConsoleFault("not_recorded", "this method of flattening has no steps in space", "use the mesh")
@@ -62,9 +68,10 @@ def steps_model(session: Session, event: Event, capture: int) -> bytes:
 
 
 def grid_faces(measured: Any) -> Any:
-    """(m, 3) indices of the triangles between neighbours of a grid (rows, cols) bool that were all measured.
+    """Return triangles (m, 3) between measured neighbours of a grid.
 
     The indices count the measured samples in reading order.
+    measured: (rows, cols) bool.
     """
     index = np.cumsum(measured.ravel()).reshape(measured.shape) - 1
     a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]

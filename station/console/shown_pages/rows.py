@@ -24,7 +24,10 @@ SHOWN_FACTS = ("value", "to", "reason")  # of an event, in the list of events
 
 
 def rows_of(session: Session, restoring: Collection[int] = ()) -> list[Row]:
-    """A row for each page, in the order of the volume. restoring: numbers of the pages that are being restored."""
+    """Return a row for each page, in the order of the volume.
+
+    restoring: numbers of the pages that are being restored.
+    """
     outdated, leaves = frozenset(outdated_pages(session)), leaves_of(session)
     pages = [list(parts) for _, parts in groupby(leaves, key=lambda leaf: leaf.page.number)]
     return [_row(parts, at, outdated, restoring) for at, parts in enumerate(pages, 1)]
@@ -66,9 +69,10 @@ def finding_of(stored: dict[str, Any]) -> dict[str, Any]:
 
 
 def rank_of(page: Page) -> float:
-    """How bad a page is: the number of its level, and how far its worst measure is past the limit, 0 to 1.
+    """Return how bad a page is.
 
-    A page that could not be restored is worst of all; one that is not judged comes before green ones.
+    The number of its level, and how far its worst measure is past the limit, 0 to 1. A page that could not be restored
+    is worst of all; one that is not checked comes before green ones.
     """
     restored, judged = page.runs.get(RESTORE), page.runs.get(VERDICT)
     if restored is not None and any(errors_of(restored.facts["result"])):
@@ -81,7 +85,10 @@ def rank_of(page: Page) -> float:
 
 
 def _past(finding: dict[str, Any]) -> float:
-    """Share of the way from the amber limit to the red one and beyond, below 1."""
+    """Return the position of a finding from the amber limit on.
+
+    A fraction of the way to the red limit and beyond, below 1.
+    """
     amber, red = finding["limits"]
     way = (finding["value"] - amber) / ((red - amber) or 1.0)
     return min(max(way, 0.0) / (1.0 + max(way, 0.0)), 0.999)
@@ -160,5 +167,5 @@ def _pixels(session: Session, restored: Event | None) -> list[int] | None:
 def _size(session: Session, event: Event, name: str) -> int:
     try:
         return session.path(event, name).lstat().st_size
-    except OSError:  # missing: planish verify tells
+    except OSError:  # missing: planish verify reports it
         return 0

@@ -1,4 +1,7 @@
-"""The strain of a page as a layer: each tile is drawn from the mesh on demand, so that no page is too large."""
+"""The strain of a page as a layer.
+
+Each tile is drawn from the mesh on demand, so that no page is too large.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +22,12 @@ COLOURS = 256  # between the ends of the scale
 
 
 class StrainPyramid(Pyramid):
-    """Stretch in blue and red over the pixels of the page, transparent where there is none: (h, w, 4) uint8.
+    """Stretch in blue and red over the pixels of the page.
 
-    uv (n, 2): positions on the picture of the page, 0 to 1, v upwards. faces (m, 3). strain (n,).
+    (h, w, 4) uint8, transparent where unknown.
+    uv: (n, 2), positions on the picture of the page, 0 to 1, v upwards.
+    faces: (m, 3).
+    strain: (n,).
     """
 
     def __init__(self, size: Size, uv: Floats, faces: Ints, strain: Floats) -> None:
@@ -61,7 +67,10 @@ def strain_pyramid(session: Session, event: Event) -> StrainPyramid:
 
 
 def strain_scale(strain: Floats) -> dict[str, Any]:
-    """The scale of the strain (n,): its ends, the colours along it, and what the numbers are."""
+    """Return the scale of the strain (n,).
+
+    Its ends, the colours along it, and what the numbers are.
+    """
     return {
         "unit": "fraction",
         "stretch": {"min": float(strain.min()), "max": float(strain.max()), "rms": float(np.sqrt((strain**2).mean()))},

@@ -28,7 +28,10 @@ Box = tuple[int, int, int, int]
 
 
 class Pyramid(ABC):
-    """A picture at every level: the last one is the whole, each before it half as large; (h, w, 3 or 4) uint8."""
+    """Picture at every level, (h, w, 3 or 4) uint8.
+
+    The last level is the whole, each before it half as large.
+    """
 
     def __init__(self, size: Size) -> None:
         self.size = size
@@ -45,7 +48,10 @@ class Pyramid(ABC):
         """The pixels (h, w, 3 or 4) of a box of a level."""
 
     def whole(self) -> Bytes:
-        """The picture (h, w, 3 or 4) at its last level, or the last one within MAX_WHOLE_PIXELS."""
+        """Return the picture (h, w, 3 or 4) at its last level.
+
+        Or at the last one within MAX_WHOLE_PIXELS.
+        """
         level = max(n for n, (width, height) in enumerate(self.sizes) if width * height <= MAX_WHOLE_PIXELS)
         return self.region(level, (0, 0, *self.sizes[level]))
 
@@ -58,7 +64,10 @@ class Pyramid(ABC):
         return np.asarray(cv2.resize(above, size, interpolation=cv2.INTER_AREA))
 
     def tile(self, level: int, column: int, row: int) -> Bytes:
-        """One tile (h, w, 3 or 4), with the overlap of its neighbours. Raises ConsoleFault when there is none."""
+        """Return one tile (h, w, 3 or 4), with the overlap of its neighbours.
+
+        Raises ConsoleFault when it does not exist.
+        """
         if not 0 <= level < len(self.sizes):
             raise ConsoleFault("not_found", f"the level {level} does not exist")
         width, height = self.sizes[level]
@@ -93,7 +102,10 @@ class StoredPyramid(Pyramid):
 
 
 def build_pyramid(picture: Bytes) -> StoredPyramid:
-    """The levels of a picture (h, w, 3 or 4) uint8, from one pixel on: level n is ⌈size / 2^(last − n)⌉."""
+    """Return the levels of a picture (h, w, 3 or 4) uint8, from one pixel on.
+
+    Level n is ⌈size / 2^(last − n)⌉.
+    """
     height, width = picture.shape[:2]
     levels = [picture]
     for step in range(1, ceil(log2(max(height, width, 1))) + 1):
@@ -113,7 +125,10 @@ def describe(pyramid: Pyramid, kind: str) -> str:
 
 
 class Pyramids:
-    """The pyramids that were asked for last, within a limit of memory. Its methods may be called from any thread."""
+    """The pyramids that were asked for last, within a limit of memory.
+
+    Its methods may be called from any thread.
+    """
 
     def __init__(self, limit: int = MAX_KEPT_BYTES) -> None:
         self._limit = limit

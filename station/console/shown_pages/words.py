@@ -1,4 +1,7 @@
-"""Words of a page and where they stand, and a search over all pages whose words were read."""
+"""Words of a page and where they stand, and a search over all pages.
+
+Over those whose words were read.
+"""
 
 from __future__ import annotations
 
@@ -76,7 +79,10 @@ class Words:
         self._kept: OrderedDict[tuple[str, int], tuple[list[Word], list[str]]] = OrderedDict()
 
     def of(self, session: Session, event: Event) -> tuple[list[Word], list[str]]:
-        """The words of a restoration, and as they are searched. Raises ConsoleFault when none were read."""
+        """Return the words of a restoration, and as they are searched.
+
+        Raises ConsoleFault when none were read.
+        """
         if ALTO not in event.files:
             raise ConsoleFault("no_words", "the words of this page were not read", 'a preset with outputs = ["ocr"]')
         key = (session.identifier, event.number)
@@ -89,7 +95,10 @@ class Words:
         return found
 
     def search(self, session: Session, rows: Sequence[Row], query: str) -> dict[str, Any]:
-        """The pages on which a phrase stands, with the numbers of its words and what stands around the first."""
+        """Find the pages on which a phrase stands.
+
+        With the numbers of its words and the text around the first.
+        """
         parts, hits, read = plain(query).split(), list[dict[str, Any]](), 0
         for row in rows:
             event = None if row["restore"] is None else session.history.event(row["restore"])

@@ -17,7 +17,10 @@ Do = Callable[[CaptureLoop, int, str], None]
 
 
 def insert(loop: CaptureLoop, before: int) -> None:
-    """Shoot a new page, and put it before another one: its order key lies between the neighbours'."""
+    """Capture a new page, and put it before another one.
+
+    Its order key lies between the neighbours'.
+    """
     rows = rows_of(loop.writer.session)
     at = next((i for i, row in enumerate(rows) if row["page"] == before), None)
     if at is None:

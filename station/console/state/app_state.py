@@ -1,4 +1,7 @@
-"""All that the console works with: the scanner, the open session, who acts, jobs, and what is kept in memory."""
+"""State of the web interface.
+
+The scanner, the open session, who acts, jobs, and what is kept in memory.
+"""
 
 from __future__ import annotations
 
@@ -107,7 +110,10 @@ class AppState:
             self._watching.cancel()
 
     def end(self) -> None:
-        """Let a shot that is under way be stored, close the session, switch the laser off. Raises ScannerError."""
+        """Store a running capture, close the session, switch the laser off.
+
+        Raises ScannerError.
+        """
         opened, self.open_session = self.open_session, None
         if isinstance(opened, WritableSession):
             ending = threading.Thread(target=opened.close, daemon=True)
@@ -125,9 +131,9 @@ class AppState:
     # The open session.
 
     def open(self, name: str, *, read_only: bool = False) -> None:
-        """Open a session, after closing the one that is open. It is open with all that is shown of it, or not at all.
+        """Open a session, after closing the one that is open.
 
-        Raises ConsoleFault, StationError, OSError.
+        It is open with all that is shown of it, or not at all. Raises ConsoleFault, StationError, OSError.
         """
         with self._lock:
             folder = sessions.find(self.root, name)
@@ -138,13 +144,19 @@ class AppState:
         self.broadcast.all_changed()
 
     def close(self) -> None:
-        """Close the open session, if there is one. Raises ConsoleFault while a shot is under way."""
+        """Close the open session, if any.
+
+        Raises ConsoleFault while a capture is under way.
+        """
         with self._lock:
             self._close()
         self.broadcast.all_changed()
 
     def create(self, name: str, **fields: Any) -> dict[str, Any]:
-        """Make a session, and return its entry in the list. Raises ConsoleFault, UsageError, OSError."""
+        """Make a session, and return its entry in the list.
+
+        Raises ConsoleFault, UsageError, OSError.
+        """
         with self._lock:
             folder = sessions.create(self.root, name, station=self.station, **fields)
         session = read_session(folder)
@@ -159,7 +171,10 @@ class AppState:
         return opened
 
     def writable(self) -> WritableSession:
-        """The open session, to be written to. Raises ConsoleFault when another process has it."""
+        """Return the open session, to be written to.
+
+        Raises ConsoleFault when another process has it.
+        """
         opened = self.opened()
         if not isinstance(opened, WritableSession):
             held_by = opened.held_by
@@ -192,7 +207,10 @@ class AppState:
             return opened
 
     def _drop_unreadable(self) -> None:
-        """Let a session go that another process writes to, once it cannot be read any more; say why."""
+        """Close a session of another process that cannot be read any more.
+
+        The reason is reported.
+        """
         opened = self.open_session
         if opened is None or not opened.is_read_only:
             return
@@ -211,9 +229,10 @@ class AppState:
     # What the operator does.
 
     def press(self, action: str, page: int | None = None, text: str | None = None) -> int | None:
-        """Have an action of the operator done, on the current page where none is named; returns its page.
+        """Queue an action of the operator; return its page.
 
-        Returns at once. Raises ConsoleFault when it cannot be done, UsageError for control characters in the text.
+        It acts on the current page where none is named. Returns at once. Raises ConsoleFault when it cannot be done,
+        UsageError for control characters in the text.
         """
         if action == "preview":
             self.look()
@@ -256,13 +275,16 @@ class AppState:
         return self.jobs.begin(*task)
 
     def all_settings(self) -> dict[str, Any]:
-        """The settings as they stand beside those of the preset."""
+        """Return the current settings next to those of the preset."""
         session = None if self.open_session is None else self.open_session.session
         base = None if session is None else Preset.model_validate(session.volume.preset_values)
         return {"groups": settings.groups(self.scanner.configured, base, self._changes())}
 
     def change(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Change settings by their keys, and return all. Raises ConsoleFault for a value that is not possible."""
+        """Change settings by their keys, and return all.
+
+        Raises ConsoleFault for a value that is not possible.
+        """
         if self.scanner.as_json()["busy"] is not None:
             raise ConsoleFault("busy", "the scanner is capturing", "change settings when it has ended")
         opened = None if self.open_session is None else self.writable()
@@ -277,7 +299,10 @@ class AppState:
         return self.all_settings()
 
     def ruler(self, number: int) -> Ruler:
-        """The ruler of a restoration, the last one that was asked for is kept. Raises ConsoleFault."""
+        """Return the ruler of a restoration; the last one is kept.
+
+        Raises ConsoleFault.
+        """
         session = self.opened().session
         key = (session.identifier, number)
         kept = self._ruler
@@ -289,7 +314,10 @@ class AppState:
         return self._unrecorded if self.open_session is None else settings.changes_of(self.open_session.session)
 
     def _take_settings(self) -> None:
-        """Use the settings of a capture as they are now: a session was opened, a change made or taken back."""
+        """Use the settings of a capture as they are now.
+
+        A session was opened, a change made or taken back.
+        """
         with suppress(ScannerError, TypeError):  # of another version; those before are used
             self.scanner.settings = settings.capture_settings(self.scanner.configured, self._changes())
 
@@ -340,7 +368,10 @@ class AppState:
         self.broadcast.all_changed()
 
     async def _watch(self) -> None:
-        """Look at a session that another process writes to, while one is open and somebody looks."""
+        """Watch a session that another process writes to.
+
+        While one is open and a browser shows it.
+        """
         while True:
             await asyncio.sleep(WATCH_S)
             opened = self.open_session
@@ -351,7 +382,10 @@ class AppState:
 
 @contextmanager
 def _all_or_nothing(opened: OpenSession) -> Iterator[None]:
-    """Close a session whose block fails, or of which not all can be shown: SessionDamaged for any other error."""
+    """Close a session whose block fails, or of which not all can be shown.
+
+    Raises SessionDamaged for any other error.
+    """
     try:
         yield
         session_state(opened)

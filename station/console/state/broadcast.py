@@ -1,4 +1,7 @@
-"""What is sent to the browsers: the state at most ten times a second, rows that differ, lines, jobs."""
+"""Sends browsers the state, changed rows, lines and jobs.
+
+The state at most ten times a second.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,11 @@ STATE_S = 0.1  # at least, between two states that are sent
 
 
 class Broadcast:
-    """Events of the console. Its methods may be called from any thread. state: gives the state as JSON values."""
+    """Events of the web interface.
+
+    Its methods may be called from any thread.
+    state: gives the state as JSON values.
+    """
 
     def __init__(self, event_stream: EventStream, state: Callable[[], dict[str, Any]]) -> None:
         self.event_stream, self._state = event_stream, state
@@ -40,7 +47,7 @@ class Broadcast:
             loop.call_soon_threadsafe(self._plan)
 
     def all_changed(self) -> None:
-        """Have the pages loaded anew."""
+        """Have the pages loaded again."""
         self._sent = {}
         self.event_stream.publish("pages", {})
         self.changed()
@@ -58,7 +65,10 @@ class Broadcast:
         self.changed()
 
     def line(self, text: str, *, key: str = "", page: int | None = None, data: dict[str, Any] | None = None) -> None:
-        """Send a line for the operator; one of a capture loop has a key and a page of its own."""
+        """Send a line for the operator.
+
+        One of a capture loop has its own key and page.
+        """
         key = key or getattr(text, "key", "line")
         self.event_stream.publish(
             "message", {"text": str(text), "key": key, "page": page or getattr(text, "page", None), "data": data or {}}

@@ -1,4 +1,7 @@
-"""Which tab of a browser acts: the first one to come; others watch, until they take control or it has gone."""
+"""Control: which tab of a browser acts.
+
+The first one to come; others watch, until they take control or it has gone.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,10 @@ class Control:
         self._left_at = 0.0
 
     def joined(self, tab: str, agent: str) -> bool:
-        """Note a stream of a tab, which takes control where nobody has it. Returns whether control changed."""
+        """Note a stream of a tab, which takes control where no tab has it.
+
+        Returns whether control changed.
+        """
         with self._lock:
             self._streams[tab] = self._streams.get(tab, 0) + 1
             return self._claim(tab, agent)
@@ -51,7 +57,10 @@ class Control:
                     self._left_at = self._clock()
 
     def require(self, tab: str, agent: str) -> bool:
-        """Let a tab act. Returns whether control changed; raises ConsoleFault when another tab has it."""
+        """Let a tab act.
+
+        Returns whether control changed; raises ConsoleFault when another tab has it.
+        """
         with self._lock:
             changed = self._claim(tab, agent)
             holder = self._holder

@@ -1,4 +1,7 @@
-"""Events for browsers: numbered, kept for those that were away for a moment, and bounded for each that is slow."""
+"""Numbered events for browsers.
+
+They are kept for those that were away for a moment, and bounded for each that is slow.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from station.console.faults import ConsoleFault
 
 MAX_STREAMS = 32  # tabs of one station
 KEPT = 500  # events: those of a few minutes of a busy shift
-MAX_BEHIND = 200  # events that a stream may be behind; it is told to load everything anew then
+MAX_BEHIND = 200  # events that a stream may be behind; beyond, it has to load everything again
 BEAT_S = 15.0  # between two comments on an idle stream, so that both ends notice a connection that is gone
 RETRY_MS = 1000
 # A stream that is refused does not keep its connection: thousands of them would take the places of other requests.
@@ -21,7 +24,10 @@ REFUSED = {"Retry-After": "5", "Connection": "close"}
 
 
 class EventStream:
-    """The streams of events and the latest events. `publish` may be called from any thread."""
+    """The streams of events and the latest events.
+
+    `publish` may be called from any thread.
+    """
 
     def __init__(self, *, max_streams: int = MAX_STREAMS, beat_s: float = BEAT_S) -> None:
         self.boot = secrets.token_hex(4)
@@ -68,9 +74,10 @@ class EventStream:
             )
 
     def subscribe(self, since: str = "") -> Subscription:
-        """A stream that has its place from now on, until it is closed. since: id of the last event that was received.
+        """Return a stream that has its place from now on, until it is closed.
 
-        Raises ConsoleFault when there is no place.
+        since: id of the last event that was received.
+        Raises ConsoleFault when all places are taken.
         """
         self.check_free()
         subscription = Subscription(self._beat_s, self._streams.discard)
@@ -82,7 +89,10 @@ class EventStream:
         return subscription
 
     def _missed(self, since: str) -> list[bytes]:
-        """The events after one; `reset` when they are not all kept, none for a stream that begins."""
+        """Return the events after one.
+
+        `reset` when they are not all kept, none for a stream that begins.
+        """
         boot, _, number = since.partition("-")
         if not since:
             return []
@@ -119,7 +129,7 @@ class Subscription:
             return b": beat\n\n"
 
     def put(self, frame: bytes) -> None:
-        """Add a frame; a client that is far behind is told to load everything anew."""
+        """Add a frame; a client that is far behind has to load everything again."""
         if len(self._frames) >= MAX_BEHIND:
             self._frames.clear()
             self._frames.append(_frame("reset", "{}"))

@@ -1,4 +1,7 @@
-"""Jobs: long work in processes of their own, one at a time, with their progress and what came of them."""
+"""Jobs: long work in separate processes, one at a time.
+
+With their progress and their outcome.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ from station.console.faults import ConsoleFault
 MAX_KEPT = 50  # jobs that have ended
 MAX_WAITING = 20
 MAX_ITEMS = 1000
-MAX_LINE_BYTES = 2**22  # of what a process tells: a thousand problems in a line each
+MAX_LINE_BYTES = 2**22  # of a message of a process: a thousand problems in a line each
 COMMAND = (sys.executable, "-m", "station.console.work")
 STATE = Literal["waiting", "running", "done", "failed", "cancelled"]
 ENDED = ("done", "failed", "cancelled")
@@ -65,7 +68,7 @@ class Job:
         }
 
     def hear(self, message: Mapping[str, Any]) -> None:
-        """Take what the process tells."""
+        """Take a message of the process."""
         match message:
             case {"progress": [str(stage), (float() | int()) as done]}:
                 self.stage, self.done = stage, float(done)
@@ -115,7 +118,10 @@ class Jobs:
         return job
 
     def begin(self, kind: str, about: Mapping[str, Any], task: Mapping[str, Any]) -> Job:
-        """Have a task done when its turn comes, and return its job. Raises ConsoleFault when too many wait."""
+        """Queue a task, and return its job.
+
+        Raises ConsoleFault when too many wait.
+        """
         loop = self._loop
         if loop is None:
             raise ConsoleFault("ending", "the server is ending")
@@ -186,7 +192,10 @@ class Jobs:
 
 
 def files_of(job: Job) -> list[tuple[str, Path]]:
-    """(name, path) of each file that a job has written, by name; links are left out. Raises ConsoleFault."""
+    """Return (name, path) of each file that a job has written, by name.
+
+    Links are left out. Raises ConsoleFault.
+    """
     folder = None if job.result is None else job.result.get("folder")
     if folder is None:
         raise ConsoleFault("not_found", f"job {job.id} has written no files")

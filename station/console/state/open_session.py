@@ -1,4 +1,7 @@
-"""The one open session: its capture loop works in a thread, or another process has it and this one reads it."""
+"""The one open session.
+
+Its capture loop works in a thread, or another process has it and this one reads it.
+"""
 
 from __future__ import annotations
 
@@ -25,8 +28,8 @@ from station.session.store import identity_of
 from station.workers.background import background
 
 DECISION_S = 150.0  # for a decision to be recorded: after the shot that is under way, at the latest
-MEASURED = 10  # pages whose size tells how many more the disk takes
-OUTPUTS = ("model",)  # files of a restoration that the console shows, beside those of the preset
+MEASURED = 10  # pages whose size predicts how many more the disk takes
+OUTPUTS = ("model",)  # files of a restoration that the web interface shows, in addition to the preset's
 
 
 Restorations = Callable[[], AbstractContextManager[Submit]]
@@ -48,7 +51,10 @@ class Listener:
 
 
 class _Leave(Exception):
-    """Raised in the loop's thread to end it: what is being restored is taken up at the next opening."""
+    """Raised in the loop's thread to end it.
+
+    What is being restored is continued at the next opening.
+    """
 
 
 class OpenSession:
@@ -106,7 +112,10 @@ class OpenSession:
         raise ConsoleFault("no_page", f"the session has no page {number}")
 
     def page_sizes(self) -> list[int]:
-        """Bytes of each of the latest pages that are restored: its scan and what was made of it."""
+        """Return the bytes of each of the latest restored pages.
+
+        Its scan and its derivatives.
+        """
         session, sizes = self.session, []
         for row in self.rows()[-MEASURED:]:
             if row["restore"] is not None:
@@ -175,14 +184,20 @@ class WritableSession(OpenSession):
         return {**self._recovery, "resumed": self._resumed, "left": len(waiting & set(self._resumed))}
 
     def do(self, task: Task) -> None:
-        """Have something done by the loop, between two keys. Raises ConsoleFault when it is being closed."""
+        """Have something done by the loop, between two keys.
+
+        Raises ConsoleFault when it is being closed.
+        """
         with self._taking:
             if self._is_leaving:
                 raise ConsoleFault("no_session_open", f"{self.name} is being closed", "open it again")
             self._running.inbox.put(task)
 
     def decide(self, name: str, value: object) -> None:
-        """Record a decision on the volume, and wait until it is. Raises OSError when the disk refuses."""
+        """Record a decision on the volume, and wait until it is stored.
+
+        Raises OSError when the disk refuses.
+        """
         done: Future[None] = Future()
 
         def task() -> None:
@@ -198,7 +213,10 @@ class WritableSession(OpenSession):
         done.result(DECISION_S)
 
     def close(self) -> None:
-        """Let the loop end after what it is doing now, and wait. A shot that is under way is stored."""
+        """Let the loop end after its current work, and wait.
+
+        A capture that is under way is stored.
+        """
 
         def leave() -> None:
             raise _Leave

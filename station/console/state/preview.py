@@ -1,4 +1,7 @@
-"""A preview with its aids: histogram, clipping, sharpness, and where the depth window lies."""
+"""A preview with its aids.
+
+Histogram, clipping, sharpness, and where the depth window is.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,12 @@ OPACITY = 150
 
 @dataclass(frozen=True, eq=False)
 class Preview:
-    """A preview. facts: JSON values; image: JPEG; overlay: PNG of the same size, transparent where all is well."""
+    """Preview.
+
+    facts: JSON values.
+    image: JPEG.
+    overlay: PNG of the same size, transparent where all is well.
+    """
 
     facts: Mapping[str, Any]
     image: bytes
@@ -72,7 +80,10 @@ def look_at(scan: RangeScan, thresholds: Thresholds) -> Preview:
 
 
 def window_of(provenance: Mapping[str, Any]) -> tuple[float, float] | None:
-    """The depths that a shot of this lens, mode and distance measures, mm from the lens; None when they are unknown."""
+    """Return the depths that a capture measures, mm from the lens.
+
+    Of this lens, mode and distance; None when they are unknown.
+    """
     lens, mode = LENSES.get(str(provenance.get("lens"))), MODES.get(str(provenance.get("mode")))
     distance = provenance.get("distance_mm")
     if lens is None or mode is None or not isinstance(distance, int | float):
@@ -95,7 +106,10 @@ def _clipped(picture: Bytes) -> Mask:
 
 
 def _on_picture(samples: Mask, scan: RangeScan, size: tuple[int, int]) -> Mask:
-    """(h, w) the pixels of the picture nearest to the samples (rows, cols) that are marked."""
+    """Return the pixels (h, w) of the picture nearest to marked samples.
+
+    samples: (rows, cols).
+    """
     mask = np.zeros(size, np.uint8)
     across = size[1] / samples.shape[1]
     x, y = np.rint(scan.texture_xy[samples]).astype(int).T if scan.texture is not None else np.nonzero(samples)[::-1]
@@ -118,7 +132,10 @@ def _sharpness(picture: Bytes, scan: RangeScan, thresholds: Thresholds) -> dict[
 
 
 def _depth(depths: Floats, window: tuple[float, float] | None) -> dict[str, Any] | None:
-    """The depths that were measured (n,) mm beside the window."""
+    """Return the depths that were measured, relative to the window.
+
+    depths: (n,) mm.
+    """
     if window is None or not depths.size:
         return None
     near, far = window

@@ -1,4 +1,7 @@
-"""The one owner of the scanner: opened once, used by one thread, its laser off whenever nothing is shot."""
+"""The one owner of the scanner.
+
+It is opened once, used by one thread, and its laser is off except during a capture.
+"""
 
 from __future__ import annotations
 
@@ -44,10 +47,11 @@ class Shown:
 
 @dataclass
 class ScannerOwner:
-    """The scanner of a station. Its methods may be called from any thread; the scanner itself has one of its own.
+    """The scanner of a station.
 
-    config   None where there is no scanner.
-    changed  is called when what is shown has changed.
+    Its methods may be called from any thread; the scanner itself has a separate one.
+    config: None without a scanner.
+    changed: is called when what is shown has changed.
     """
 
     config: StationConfig | None
@@ -67,7 +71,10 @@ class ScannerOwner:
             self._shown.lens = self.config.scanner.get("lens")
 
     def reserve(self, what: Busy) -> None:
-        """Take the scanner for one shot. Raises ConsoleFault when there is none, or when it is shooting."""
+        """Reserve the scanner for one capture.
+
+        Raises ConsoleFault without a scanner, or when it is busy.
+        """
         if self.config is None:
             raise ConsoleFault("no_scanner", "no scanner is configured", "start planish serve with --config")
         with self._lock:
@@ -83,7 +90,10 @@ class ScannerOwner:
         self._show(busy=None, step=None, done=None, since=None)
 
     def connect(self) -> Future[None]:
-        """Open the scanner, unless it is open; every opening switches its laser off. A fault is shown, not raised."""
+        """Open the scanner, unless it is open.
+
+        Every opening switches its laser off. A fault is shown, not raised.
+        """
         self.reserve("connect")
 
         def work() -> None:
@@ -97,7 +107,10 @@ class ScannerOwner:
         return self._thread.submit(work)
 
     def capture(self) -> RangeScan:
-        """Shoot with the settings as they are, and wait. Raises ScannerError; the laser is off by then."""
+        """Capture with the settings as they are, and wait.
+
+        Raises ScannerError; the laser is off by then.
+        """
         return self._thread.submit(self._capture, self.settings).result()
 
     def turn(self, place: Place) -> None:
@@ -175,7 +188,10 @@ class ScannerOwner:
             raise
 
     def _failed(self, error: ScannerError) -> None:
-        """Show a fault; a scanner that does not answer any more is opened anew by the next shot."""
+        """Show a fault.
+
+        A scanner that does not answer any more is opened again by the next capture.
+        """
         laser: Laser = "unknown" if LASER_MAY_BE_ON in getattr(error, "__notes__", ()) else "off"
         if isinstance(error, drivers.scanner.TransportError) and self._scanner is not None:
             scanner, self._scanner = self._scanner, None

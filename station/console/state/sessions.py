@@ -35,7 +35,10 @@ def find(root: Path, name: str) -> Path:
 
 
 def listed(root: Path, opened: str | None) -> list[dict[str, Any]]:
-    """The sessions of a folder, the one that was changed last first. opened: the name of the one that is open here."""
+    """Return the sessions of a folder, the last changed one first.
+
+    opened: the name of the one that is open here.
+    """
     entries = [_entry(name, folder, opened) for name, folder in folders_of(root).items()]
     return sorted(entries, key=lambda entry: str(entry["changed"]), reverse=True)
 
@@ -59,7 +62,7 @@ def create(root: Path, name: str, *, preset: str, station: str, words: bool = Fa
 
 
 def presets() -> list[dict[str, Any]]:
-    """The presets that come along."""
+    """Return the bundled presets."""
     names = sorted(path.stem for path in PRESETS.glob("*.toml"))
     return [{"name": name, **load_preset(name).model_dump(mode="json", exclude_none=True)} for name in names]
 
@@ -84,10 +87,10 @@ def entry_of(session: Session, opened: str | None) -> dict[str, Any]:
 
 
 def holder_of(folder: Path) -> str | None:
-    """The process that has a session, by its number, user and computer; None when nobody has it.
+    """Return the process that has a session, by number, user and computer.
 
-    The kernel's table of locks tells: to try the lock would for a moment keep others from taking it. What stands in a
-    file that nobody has locked was left by a killed process.
+    None when no process has it. The kernel's table of locks decides: to try the lock would for a moment keep others
+    from taking it. The text in a file without a lock was left by a killed process.
     """
     path = folder / WORK / LOCK
     try:
@@ -103,7 +106,10 @@ def holder_of(folder: Path) -> str | None:
 
 
 def _locked_files(table: Path) -> set[int]:
-    """The numbers (inodes) of the files with a lock: `1: FLOCK  ADVISORY  WRITE 4711 fe:01:131078 0 EOF`."""
+    """Return the numbers (inodes) of the files with a lock.
+
+    A line reads `1: FLOCK  ADVISORY  WRITE 4711 fe:01:131078 0 EOF`.
+    """
     try:
         lines = table.read_text("ascii", "replace").splitlines()
     except OSError:

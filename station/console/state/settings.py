@@ -1,6 +1,7 @@
-"""Settings with their ranges and units, beside those of the preset: of the capture, the restoration, the verdict.
+"""Settings with their ranges and units, next to those of the preset.
 
-What is changed is one decision on the volume, so that undo takes it back, and so that it is there at the next opening.
+Of the capture, the restoration, the quality check. A change is one decision on the volume, so that undo takes it back,
+and so that it holds at the next opening.
 """
 
 from __future__ import annotations
@@ -50,9 +51,10 @@ def capture_settings(configured: CaptureSettings, changes: Changes) -> CaptureSe
 
 
 def changed(changes: Changes, values: Mapping[str, Any], configured: CaptureSettings, base: Preset | None) -> Changes:
-    """The changes with further ones by key: `restore.dpi` → 300; None brings back the base's.
+    """Return the changes with further ones by key.
 
-    Raises ConsoleFault that names the key of a value that is not possible.
+    Like `restore.dpi` → 300; None restores the base's. Raises ConsoleFault that names the key of a value that is not
+    possible.
     """
     known = {one["key"] for group in groups(configured, base, changes) for one in group["settings"]}
     merged = {group: dict(table) for group, table in changes.items()}
@@ -73,7 +75,10 @@ def as_decision(changes: Changes) -> dict[str, Any]:
 
 
 def groups(configured: CaptureSettings, base: Preset | None, changes: Changes) -> list[dict[str, Any]]:
-    """The settings as they stand beside those of the configuration and of the preset; None without a session."""
+    """Return the settings next to those of configuration and preset.
+
+    The preset's are None without a session.
+    """
     found = [{"key": CAPTURE, "settings": [*_capture(configured, changes[CAPTURE])]}]
     if base is not None:
         restoration = Settings.model_validate(base.settings)
@@ -171,7 +176,10 @@ def _check(key: str, changes: Changes, configured: CaptureSettings, base: Preset
 
 
 def _check_kind(name: str, value: Any) -> None:
-    """Raise TypeError for a value of another type; the dataclass of the capture takes any."""
+    """Raise TypeError for a value of another type.
+
+    The dataclass of the capture takes any.
+    """
     kinds: dict[str, tuple[type, ...]] = {"choice": (str,), "number": (int, float), "integer": (int,), "flag": (bool,)}
     kind = CAPTURE_FIELDS[name][0]
     if value is not None and (not isinstance(value, kinds[kind]) or (isinstance(value, bool) and kind != "flag")):

@@ -78,7 +78,10 @@ def session_state(opened: OpenSession) -> dict[str, Any]:
 
 
 def captures_left(opened: OpenSession, free: int) -> int | None:
-    """How many further pages the disk takes, by the mean of the latest ones; None before the first."""
+    """Return how many further pages the disk takes, None before the first.
+
+    By the mean of the latest ones.
+    """
     sizes = opened.page_sizes()
     return int(free / (sum(sizes) / len(sizes))) if sizes and sum(sizes) else None
 

@@ -16,7 +16,11 @@ Task = tuple[str, dict[str, Any], dict[str, Any]]
 
 
 def export_task(root: Path, folder: Path, kind: str, url: str | None) -> Task:
-    """To export the session of a folder. root: folder with the sessions. Raises UsageError."""
+    """Return the task to export the session of a folder.
+
+    root: folder with the sessions.
+    Raises UsageError.
+    """
     task = {"session": str(folder), "out": _place(root / EXPORTS / f"{folder.name}-{kind}"), "format": kind, "url": url}
     return "export", {"session": folder.name, "format": kind}, task
 
@@ -24,9 +28,10 @@ def export_task(root: Path, folder: Path, kind: str, url: str | None) -> Task:
 def batch_task(
     root: Path, held: Path | None, names: list[str], workers: int | None, now: Callable[[], datetime]
 ) -> Task:
-    """To restore all pages of sessions that are not restored. Raises ConsoleFault, UsageError.
+    """Return the task to restore all unrestored pages of sessions.
 
     held: folder of the session that this process writes to.
+    Raises ConsoleFault, UsageError.
     """
     folders = [_closed(root, held, name) for name in dict.fromkeys(names)]
     out = _place(root / BATCHES / now().strftime("%Y-%m-%d-%H%M%S"))
@@ -40,13 +45,19 @@ def verify_task(root: Path, held: Path | None, name: str) -> Task:
 
 
 def _place(out: Path) -> str:
-    """Where a job writes, with a number when its turn comes and something of that name is there."""
+    """Return where a job writes.
+
+    With a number when something of that name exists when its turn comes.
+    """
     refuse_session(out, "move the session to another name: this one is for exports and batches")
     return str(out)
 
 
 def _closed(root: Path, held: Path | None, name: str) -> Path:
-    """The folder of a session that is not worked on here: another process could not have it."""
+    """Return the folder of a session that is not open here.
+
+    Another process could not have it.
+    """
     folder = sessions.find(root, name)
     if folder == held:
         raise ConsoleFault("session_open", f"{name} is open", "close it first")

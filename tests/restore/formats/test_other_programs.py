@@ -14,7 +14,7 @@ from restore.settings import Settings
 
 PAGE_MM = (150.0, 100.0)
 SIZE_MM = 0.01
-LEAST_ALIKE = 0.8  # correlation with the image: vertices have a colour for every 5 mm
+MIN_ALIKE = 0.8  # correlation with the image: vertices have a colour for every 5 mm
 TEXTURED, COLOURED = "textured", "colours of vertices"
 
 
@@ -93,8 +93,8 @@ def test_a_page_saved_by_another_program_is_the_same_page(page, tmp_path, progra
     found = restore(load_scan(tmp_path / f"page{suffix}"), Settings(dpi=72))
     np.testing.assert_allclose(found.report["page_mm"], PAGE_MM, atol=SIZE_MM)
     if suffix != ".stl":  # which has no colours
-        assert alike(found.image, page.texture) > LEAST_ALIKE
-        assert alike(found.image[:, ::-1], page.texture) < LEAST_ALIKE
+        assert alike(found.image, page.texture) > MIN_ALIKE
+        assert alike(found.image[:, ::-1], page.texture) < MIN_ALIKE
 
 
 def alike(image: np.ndarray, other: np.ndarray) -> float:

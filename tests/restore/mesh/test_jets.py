@@ -5,7 +5,7 @@ import pytest
 
 from oracles.exact import scatter_points
 from restore.mesh import jets as module
-from restore.mesh.jets import MOST_NEIGHBOURS, TERMS, fit_jets, rings_of, row_of
+from restore.mesh.jets import MAX_NEIGHBOURS, TERMS, fit_jets, rings_of, row_of
 from restore.mesh.topology import Topology
 
 PATCH_MM = (60.0, 40.0)
@@ -104,7 +104,7 @@ def test_compiled_and_plain_python_agree(plain):
 
 def test_the_linear_solver_solves():
     random = np.random.default_rng(3)
-    half = random.normal(size=(TERMS, MOST_NEIGHBOURS))
+    half = random.normal(size=(TERMS, MAX_NEIGHBOURS))
     matrix, right = half @ half.T, random.normal(size=TERMS)
     triangle = np.concatenate([matrix[np.tril_indices(TERMS)], right])
     solution = np.empty(TERMS)

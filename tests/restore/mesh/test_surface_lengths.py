@@ -6,7 +6,7 @@ from scipy.spatial import Delaunay
 
 from oracles.exact import scatter_points
 from restore.mesh import surface_lengths as module
-from restore.mesh.jets import MOST_NEIGHBOURS, Jets, fit_jets, rings_of
+from restore.mesh.jets import MAX_NEIGHBOURS, Jets, fit_jets, rings_of
 from restore.mesh.surface_lengths import bent_lengths, estimate_noise_sigma, straight_and_along, surface_lengths
 from restore.mesh.topology import Topology
 
@@ -29,7 +29,7 @@ NOISE_MM = 0.02
 NOISE_KNOWN = 0.36  # of it; of 100 probes a median absolute deviation is known to 12 %, this is 3σ
 ROLL_MM = 15.0  # radius, of edges 3 mm long
 ROLL_NOISE_MM = 0.15  # a twentieth of them
-MOST_SMOOTH = 0.9  # of the vertices
+MAX_SMOOTH = 0.9  # of the vertices
 LOST = 0.1  # of those beside a crease are taken for smooth
 INFLATED = 0.75  # of what the chords grow; the patches take off-plane noise out but between near neighbours
 
@@ -196,7 +196,7 @@ def test_steep_bends_are_no_creases_where_noise_is_worse_than_what_patches_leave
     turned = module._turns(jets.normals, edges)
     assert np.median(turned) > module.CREASE
     assert steepest > np.quantile(turned, 0.99)
-    assert len(module._beside_no_crease(vertices, jets, edges, steepest)) > MOST_SMOOTH * len(vertices)
+    assert len(module._beside_no_crease(vertices, jets, edges, steepest)) > MAX_SMOOTH * len(vertices)
 
 
 def test_steep_bends_without_noise_are_not_put_on_patches_that_cut_them_short():
@@ -213,7 +213,7 @@ def test_creases_stand_out_among_noise(patch):
     smooth = module._beside_no_crease(vertices, jets, edges, module._steepest_bend(jets, edges))
     ends = np.unique(edges[off[edges].prod(axis=1) < 0])
     assert np.isin(ends, smooth).mean() < LOST
-    assert np.isin(np.setdiff1d(np.arange(len(flat)), ends), smooth).mean() > MOST_SMOOTH
+    assert np.isin(np.setdiff1d(np.arange(len(flat)), ends), smooth).mean() > MAX_SMOOTH
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -226,7 +226,7 @@ def test_lengths_at_a_vertex_with_many_neighbours_do_not_depend_on_their_numbers
     height = 0.02 * flat[:, 0] ** 2 + random.normal(0.0, NOISE_MM, len(flat))
     vertices, order = np.column_stack([flat, height]), random.permutation(len(flat))
     edges, renumbered = Topology(faces).edges, Topology(np.argsort(order)[faces]).edges
-    assert np.bincount(edges.ravel()).max() > MOST_NEIGHBOURS
+    assert np.bincount(edges.ravel()).max() > MAX_NEIGHBOURS
     there = lengths_along(vertices[order], np.argsort(order)[faces])
     found = dict(zip(map(tuple, np.sort(order[renumbered], axis=1).tolist()), there, strict=True))
     here = lengths_along(vertices, faces)

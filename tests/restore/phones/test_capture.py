@@ -125,7 +125,7 @@ def test_a_mesh_that_no_photograph_shows_is_refused(tmp_path, program, taken, me
 
 
 def test_a_mesh_larger_than_any_page_is_refused(folder, monkeypatch):
-    monkeypatch.setattr(capture, "MOST_FACES", 1000)
+    monkeypatch.setattr(capture, "MAX_FACES", 1000)
     with pytest.raises(BadInput, match="more paper than any page"):
         load_capture(folder)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from restore.photogrammetry.boundary_gaps import (
-    LEAST_IN_ROW,
     LONGEST_MM,
+    MIN_IN_ROW,
     SPACING_MM,
     STRAY_MM,
     at_corners,
@@ -56,13 +56,13 @@ def test_a_tangle_is_drawn_straight():
 
 
 @pytest.mark.parametrize("shift", [0, 37])  # where the first point lies is nothing about an edge
-@pytest.mark.parametrize("count", [1, LEAST_IN_ROW - 1, LEAST_IN_ROW])
+@pytest.mark.parametrize("count", [1, MIN_IN_ROW - 1, MIN_IN_ROW])
 def test_points_that_hang_together_with_few_others_are_scattered(count, shift):
     true = np.column_stack([square(), np.zeros(len(square()))])
     measured = unmeasured(true, 40.0)
     stray = np.flatnonzero(~measured)[5 : 5 + count]
     measured[stray] = True
-    expected = np.isin(np.arange(len(true)), stray) & (count < LEAST_IN_ROW)
+    expected = np.isin(np.arange(len(true)), stray) & (count < MIN_IN_ROW)
     found = scattered(np.roll(true, shift, axis=0), np.roll(measured, shift))
     np.testing.assert_array_equal(found, np.roll(expected, shift))
 

@@ -197,7 +197,7 @@ def test_a_lamp_at_the_horizon_or_as_near_as_one_may_be_was_not_found(polar, dis
 
 
 def test_the_room_takes_no_light_away_from_any_side():
-    """Places that all face a lamp: their brightness is a slope alone, and that would be darkness on the other side."""
+    """All places face a lamp, so that a slope alone would explain their brightness."""
     azimuth, polar = (part.ravel() for part in np.meshgrid(np.linspace(0, 6, 20), np.linspace(0, 1.2, 9)))
     x, y, z = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)
     terms = np.column_stack([np.ones_like(x), x, y, z])

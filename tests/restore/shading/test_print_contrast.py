@@ -1,4 +1,4 @@
-"""A gain that lowers the contrast of print is found; one that varies slowly, or lifts a dark line, is not."""
+"""A gain that lowers the contrast of print is found."""
 
 import numpy as np
 import pytest

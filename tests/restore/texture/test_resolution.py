@@ -17,7 +17,7 @@ from restore.texture.resolution import (
 )
 
 FINE = 6  # subpixels to a pixel's side: sharp pictures are drawn so much finer and averaged
-MOST_NOISE = 2.5  # codes: among more, the faintest ink has too few edges that stand out to tell anything
+MAX_NOISE = 2.5  # codes: among more, the faintest ink has too few edges that stand out to tell anything
 WITHIN = 0.07  # of the MTF50: half of what a report may be off; codes, bins and window make some hundredths
 WIDE = 24.0  # pixels: a bar whose edges are isolated even in a copy of half the size
 
@@ -65,7 +65,7 @@ def test_a_picture_of_ideal_pixels_has_no_more_than_its_pixels():
 
 
 @settings(max_examples=8, deadline=None)
-@given(noise=st.floats(0, MOST_NOISE), contrast=st.floats(0.3, 0.8), seed=st.integers(0, 99))
+@given(noise=st.floats(0, MAX_NOISE), contrast=st.floats(0.3, 0.8), seed=st.integers(0, 99))
 def test_noise_and_faint_ink_change_nothing(noise, contrast, seed):
     picture = drawn(0.6, noise=noise, contrast=contrast, seed=seed)
     assert mtf50_of_picture(picture) == pytest.approx(exact(0.6), rel=WITHIN)

@@ -19,7 +19,7 @@ from station.storage.folder_lock import WORK, lock_folder, recover
 from station.storage.journal import JOURNAL
 
 EVENTS = {"os.rename", "os.remove", "os.link", "os.mkdir", "os.rmdir", "open"}
-LEAST_EVENTS = 20  # of a run that replaces three files: the sweep saw the whole of it
+MIN_EVENTS = 20  # of a run that replaces three files: the sweep saw the whole of it
 BEFORE = {"page": b"old page", "report": b"old report", "extra": b"old extra"}
 AFTER = {"page": b"new page", "report": b"new report", "more": b"new more"}
 
@@ -149,7 +149,7 @@ def test_killed_at_any_file_event_the_next_start_finds_the_old_or_the_new_and_no
         outcomes.append(contents(folder) == AFTER)
         if not died:
             break
-    assert event > LEAST_EVENTS
+    assert event > MIN_EVENTS
     assert outcomes[0] is False
     assert outcomes[-1] is True
 

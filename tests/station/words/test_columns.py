@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from station.words.columns import LEAST_LENGTH, find_gutters, with_rules
+from station.words.columns import MIN_LENGTH, find_gutters, with_rules
 
 X_HEIGHT_PX = 12.0
 LINE, WORD, SPACE = 30, 60, 8  # pixels
@@ -63,9 +63,9 @@ def test_there_is_none_in_one_column(ink):
 def test_a_gap_of_a_few_lines_is_none():
     ink, _ = page(60, 560)
     joined = ink.copy()
-    rows = slice(50 + round(30 * LEAST_LENGTH - 2) * LINE, None)
+    rows = slice(50 + round(30 * MIN_LENGTH - 2) * LINE, None)
     joined[rows] = page(60, words=12)[0][rows]
-    upper = slice(0, round(30 * LEAST_LENGTH) * LINE + 50)
+    upper = slice(0, round(30 * MIN_LENGTH) * LINE + 50)
     assert len(find_gutters(ink[upper], X_HEIGHT_PX)) == 1
     assert find_gutters(joined, X_HEIGHT_PX) == []
 

@@ -6,7 +6,7 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from restore.flattening.isometric.fan_orientation import MOST_WAYS, closing_signs, told_together
+from restore.flattening.isometric.fan_orientation import MAX_WAYS, closing_signs, told_together
 from restore.mesh.adjacency import sides_of
 from restore.mesh.measures import signed_areas, straight_lengths
 from restore.mesh.network import make_network
@@ -97,7 +97,7 @@ def test_faces_in_the_corner_of_a_grid_keep_their_signs_however_their_only_fan_i
 
 @pytest.mark.parametrize("count", [12, 13], ids=["all ways are tried", "too many faces: its neighbours tell"])
 def test_a_wrong_sign_is_told_round_a_vertex_of_many_faces(count, rng):
-    assert MOST_WAYS == 1 << 11  # those of twelve faces
+    assert MAX_WAYS == 1 << 11  # those of twelve faces
     flat, faces = rings_round_a_vertex(count, rng)
     sides, signs = sides_of(faces), np.ones(len(faces))
     signs[count // 2] = -1.0

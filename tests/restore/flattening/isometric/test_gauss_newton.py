@@ -23,7 +23,7 @@ FACES = np.array([[0, 1, 2], [0, 2, 3]])
 NETWORK = make_network(SQUARE, Topology(FACES))
 CONVERGED = 1e-4  # strain: a thousandth of the tenth that the square is pushed askew
 PARITY = 1e-9
-LEAST_MM = 1e-3  # the third iteration moves no node farther
+MIN_MM = 1e-3  # the third iteration moves no node farther
 EXACT = 1e-12
 FEW = 0.01  # of the lengths
 SAME_MM = 1e-3  # with weights that may change the iteration stops earlier
@@ -71,7 +71,7 @@ def test_no_page_near_by_has_less_strain(warped):
         return (areas * edge_strain(flat, network.edges, network.lengths) ** 2).sum()
 
     found = minimise_strain(page.flat, network).flat
-    ways = rng.normal(0, LEAST_MM, (20, *found.shape))
+    ways = rng.normal(0, MIN_MM, (20, *found.shape))
     assert all(energy(found + way) > energy(found) for way in ways)
 
 

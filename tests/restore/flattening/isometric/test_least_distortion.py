@@ -69,7 +69,7 @@ def test_a_page_that_keeps_its_shape_has_an_energy_of_four(warped):
 def test_it_tells_when_it_has_not_converged(cap, monkeypatch):
     vertices, faces = cap
     network = make_network(vertices, Topology(faces))
-    monkeypatch.setattr("restore.flattening.isometric.least_distortion.MOST_ITERATIONS", 5)
+    monkeypatch.setattr("restore.flattening.isometric.least_distortion.MAX_ITERATIONS", 5)
     assert not least_distorted_page(vertices, network).converged
 
 
