@@ -1,4 +1,7 @@
-"""What was found of the layout of a scan: where the spine is, whether it is one, and what to do."""
+"""Finding on the layout of a scan.
+
+Where the spine is, whether it is one, and what to do.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ class BookPrior:
 
 @dataclass(frozen=True, eq=False)
 class LayoutFinding:
-    """Where the spine of a scan is, and, apart from that, whether it is one.
+    """Where the spine of a scan is, and whether it is one.
 
     advice            split: two leaves · left, right: keep that leaf, drop the strip of the other · whole: one page ·
                       ask: the whole, and an operator decides.
