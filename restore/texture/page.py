@@ -25,7 +25,7 @@ from restore.texture.sampling import sample_scaled
 
 MM_PER_INCH = 25.4
 PAPER = 255  # outside the page: white, as a copier leaves it
-OVERSAMPLING_TOLERANCE = 0.05  # a source finer than the page by so small a share is sampled once for each pixel
+OVERSAMPLING_TOLERANCE = 0.05  # a source finer than the page by so small a fraction is sampled once for each pixel
 LIGHT_DIRECTION = np.array([-0.4, 0.4, 0.825])  # a unit vector
 MAX_PIXELS = 400_000_000  # a page map of 3 GB; a larger page is an error in units or dpi
 
@@ -34,10 +34,13 @@ PageMap = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Painting:
-    """A painted page: image (h, w, 3) uint8, mask (h, w), source (h, w, 2) texture pixels, and the source's resolution.
+    """Textured page.
 
-    page_source (h, w) uint8 is the index of the picture that these are pixels of. covered (h, w) is True where
-    something covers the page in a photograph. Both are None with the texture alone.
+    image: (h, w, 3) uint8.
+    mask: (h, w).
+    source: (h, w, 2), texture pixels, with the source's resolution.
+    page_source: (h, w) uint8, index of the picture that these are pixels of; None with the texture alone.
+    covered: (h, w), True where something covers the page in a photograph; None with the texture alone.
     """
 
     image: Bytes
@@ -49,7 +52,10 @@ class Painting:
 
 
 def paint_page(page: FlatMesh, dpi: float) -> Painting:
-    """Paint the texture of a flat page at `dpi`; a page without texture shows the relief of its surface."""
+    """Texture a flat page at `dpi`.
+
+    A page without texture shows the relief of its surface. The image is (h, w, 3).
+    """
     if page.texture is None or page.texcoords is None:
         return _paint_relief(page, dpi)
     tasks: tuple[Callable[[], Any], ...] = (partial(_paint_texture, page, dpi), partial(texture_mtf50, page))
@@ -59,7 +65,10 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
 
 
 def _paint_texture(page: FlatMesh, dpi: float) -> tuple[Bytes, Mask, PageMap, float]:
-    """The texture painted on a flat page at `dpi`: image, mask and source as in `Painting`, pixels per inch."""
+    """Draw the texture on a flat page at `dpi`.
+
+    Returns image, mask and source as in `Painting`, pixels per inch.
+    """
     assert page.texture is not None and page.texcoords is not None
     ppi = sampling_ppi(page.flat, page.faces, page.texcoords)
     # A page coarser than its source is oversampled and block-averaged, so that no texture pixel is skipped.
@@ -74,7 +83,10 @@ def _paint_texture(page: FlatMesh, dpi: float) -> tuple[Bytes, Mask, PageMap, fl
 
 
 def texture_mtf50(page: FlatMesh) -> float | None:
-    """The MTF50 in cycles per pixel of the texture of a page, by the edges of print and paper; None with too few."""
+    """Return the MTF50 of a page's texture, cycles per pixel.
+
+    By the edges of print and paper; None with too few.
+    """
     assert page.texture is not None and page.texcoords is not None
     covered = rasterise(page.texcoords, page.faces, np.zeros((len(page.texcoords), 1)), *page.texture.shape[:2])
     return print_or_outline_mtf50(page.texture, np.isfinite(covered[..., 0]))
@@ -90,8 +102,10 @@ def _mixed_edge_pixels(page: FlatMesh) -> int:
 
 
 def picture_size(flat: Floats, dpi: float, *, oversampling: int = 1) -> tuple[int, int]:
-    """Width and height in pixels of the picture of a page, flat (n, 2) mm, at `dpi` times `oversampling`.
+    """Return width and height in pixels of the picture of a page.
 
+    At `dpi` times `oversampling`.
+    flat: (n, 2) mm.
     Raises BadInput when the page would be too large for any memory.
     """
     extents = np.ptp(flat, axis=0) * dpi / MM_PER_INCH
@@ -105,12 +119,15 @@ def picture_size(flat: Floats, dpi: float, *, oversampling: int = 1) -> tuple[in
 
 
 def page_map(flat: Floats, faces: Ints, values: Floats, dpi: float, *, oversampling: int = 1) -> PageMap:
-    """(h, w, k) float32: values (n, k) of the vertices, such as texture pixels, interpolated, NaN off the page.
+    """Interpolate values of the vertices over the page.
 
-    flat (n, 2) mm with y up, faces (m, 3). Pixel (row, col) of the page has its centre (col + ½, row + ½) pixels from
-    the upper left corner of the page's bounding box. The picture ends with the last pixels whose centres are on the
-    page; `oversampling` divides the side of each of them.
-    Raises BadInput when the page would be too large for any memory.
+    Pixel (row, col) of the page has its centre (col + ½, row + ½) pixels from the upper left corner of the page's
+    bounding box. The picture ends with the last pixels whose centres are on the page.
+    flat: (n, 2) mm, y up.
+    faces: (m, 3).
+    values: (n, k), such as texture pixels.
+    oversampling: divides the side of each pixel.
+    Returns (h, w, k) float32, NaN off the page. Raises BadInput when the page would be too large for any memory.
     """
     width, height = picture_size(flat, dpi, oversampling=oversampling)
     corner = np.array([flat[:, 0].min(), flat[:, 1].max()])
@@ -129,17 +146,24 @@ def sampling_ppi(flat: Floats, faces: Ints, pixels: Floats) -> float:
 
 
 def median_over_area(values: Floats, areas: Floats, *, share: float = 0.5) -> float:
-    """The value that half of the area does not exceed, or another share of it, of values (m,) on areas (m,)."""
+    """Return the value that half of the area does not exceed.
+
+    values, areas: (m,).
+    share: another fraction of the area.
+    """
     order = np.argsort(values)
     middle = np.searchsorted(np.cumsum(areas[order]), areas.sum() * share)
     return float(values[order][min(middle, len(order) - 1)])
 
 
 def extend_edge_colours(texture: Bytes, texcoords: Floats, faces: Ints, *, mixed_pixels: int = 1) -> Bytes:
-    """The texture (h, w, 3) with the colour of the sheet extended past its edge, where pixels are mixed with the table.
+    """Extend the colour of the sheet past its edge in the texture.
 
-    texcoords (n, 2) texture pixels and faces (m, 3) delimit the sheet in the texture; `mixed_pixels` is the width of
-    the mixed band at its edge: more than one after super-resolution, 0 where the colour is pure up to the edge.
+    Pixels there are mixed with the table.
+    texture: (h, w, 3).
+    texcoords, faces: (n, 2) texture pixels and (m, 3), delimit the sheet.
+    mixed_pixels: width of the mixed band at its edge: more than one after super-resolution, 0 where the colour is pure
+        up to the edge.
     """
     covered = rasterise(texcoords, faces, np.zeros((len(texcoords), 1)), *texture.shape[:2])[..., 0]
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
@@ -148,7 +172,11 @@ def extend_edge_colours(texture: Bytes, texcoords: Floats, faces: Ints, *, mixed
 
 
 def nearest_colours(texture: Bytes, known: Mask) -> Bytes:
-    """The texture (h, w, 3) where it is known (h, w), and elsewhere the colour of the nearest pixel that is."""
+    """Fill unknown texture with the colour of the nearest known pixel.
+
+    texture: (h, w, 3).
+    known: (h, w).
+    """
     nearest, unknown = distance_transform_edt(~known, return_distances=False, return_indices=True), np.nonzero(~known)
     extended = texture.copy()
     extended[unknown] = texture[tuple(nearest[:, *unknown])]
@@ -165,14 +193,22 @@ def _paint_relief(page: FlatMesh, dpi: float) -> Painting:
 
 
 def _block_average(image: Bytes, factor: int) -> Bytes:
-    """(h // factor, w // factor, 3) means of blocks of `factor` × `factor` pixels."""
+    """Average blocks of `factor` × `factor` pixels.
+
+    Returns (h // factor, w // factor, 3).
+    """
     size = (image.shape[1] // factor, image.shape[0] // factor)
     smaller: Bytes = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
     return smaller
 
 
 def sample(texture: Bytes, source: PageMap) -> Bytes:
-    """(rows, cols, 3) the texture (h, w, 3) at positions (rows, cols, 2), rounded; white where they are NaN."""
+    """Sample a texture at positions, rounded; white where they are NaN.
+
+    texture: (h, w, 3).
+    source: (rows, cols, 2).
+    Returns (rows, cols, 3).
+    """
     texture, image = np.ascontiguousarray(texture), np.empty((*source.shape[:2], 3), np.uint8)
 
     def sample_band(rows: slice) -> None:
@@ -186,12 +222,19 @@ def sample(texture: Bytes, source: PageMap) -> Bytes:
 
 
 def rasterise_on_page(fine: FlatMesh, values: Floats, shape: tuple[int, ...], dpi: float) -> NDArray[np.float32]:
-    """(h, w, k) float32: values (n, k) of the vertices at the pixels of a page of a shape (h, w), NaN outside."""
+    """Interpolate values of the vertices at the pixels of a page.
+
+    values: (n, k).
+    Returns (h, w, k) float32 of a shape (h, w), NaN outside.
+    """
     return crop_or_pad(page_map(fine.flat, fine.faces, values, dpi), shape)
 
 
 def crop_or_pad(field: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """A field (h, w, k) cropped or padded with NaN to a shape (h, w), which may have been rounded otherwise."""
+    """Crop a field (h, w, k), or pad it with NaN, to a shape (h, w).
+
+    The shape may have been rounded otherwise.
+    """
     if field.shape[:2] == shape:
         return field
     more = [(0, max(0, wanted - size)) for wanted, size in zip(shape, field.shape, strict=False)]
