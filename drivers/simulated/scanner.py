@@ -108,7 +108,7 @@ def _body(wanted: ScannerConfig) -> Calibration:
 
 
 def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Vivid900:
-    """Open the scanner of the `[scanner]` table of a configuration; with a book, a Turner.
+    """Open the scanner of a `[scanner]` table; with a book, a Turner.
 
     now  clock for the time noted with each scan.
     Raises SettingsError when a setting is not known or not possible.

@@ -35,7 +35,7 @@ class LayoutFinding:
     is_spine          sure, unsure or no.
     spine             (n, 2) from head to tail: pixels of the colour image, the centre of its upper left pixel at
                       (0, 0); mm on the flat page, from its upper left corner, y down, for a scan without one; None
-                      where there is no valley.
+                      without a valley.
     frame             `picture` or `page`: in which of the two it is given.
     sigma_mm          standard deviation of its place on the paper.
     turn_deg          turn of the surface across it; negative for a valley.

@@ -54,10 +54,11 @@ class ShadingResult:
 
 @dataclass(frozen=True, eq=False)
 class PageLight:
-    """The light of a page, found once at LIGHT_DPI and divided out at any resolution.
+    """Light of a page, found once at LIGHT_DPI, removed at any resolution.
 
-    report: JSON values. gain (r, c, 3): by what the cells of the page are multiplied, with the steps of its light that
-    are drawn sharper; both are None where the light is kept.
+    report: JSON values.
+    gain: (r, c, 3), factor on the cells of the page, with the steps of its light that are drawn sharper; both are None
+        where the light is kept.
     """
 
     report: dict[str, Any]
@@ -65,17 +66,23 @@ class PageLight:
     steps: Steps | None = None
 
     def removed_from(self, image: Bytes, mask: Mask, dpi: float) -> ShadingResult:
-        """The page (h, w, 3) uint8 at `dpi` without this light; pixels outside mask (h, w) do not change."""
+        """Return a page at `dpi` without this light.
+
+        Pixels outside the mask do not change.
+        image: (h, w, 3) uint8.
+        mask: (h, w).
+        """
         if self.gain is None or self.steps is None:
             return ShadingResult(image, self.report)
         return ShadingResult(divided(image, mask, LIGHT_DPI / dpi, self.gain, self.steps, MAX_GAIN), self.report)
 
 
 def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:
-    """Find the light of a page (h, w, 3) uint8 painted at LIGHT_DPI, as its relief is.
+    """Find the light of a page textured at LIGHT_DPI, as its relief is.
 
-    mask (h, w): where the page is.
-    Where the page does not tell its light for certain the light is kept, and the report gives the reason.
+    Where the page does not determine its light reliably the light is kept, and the report gives the reason.
+    image: (h, w, 3) uint8.
+    mask: (h, w), where the page is.
     """
     # A cell at the edge of the page may have the colours of what lies next to it.
     inside = relief.inside & (cv2.erode(mask.view(np.uint8), np.ones((3, 3), np.uint8), borderValue=1) > 0)

@@ -94,7 +94,10 @@ def labels_of(session: Session) -> dict[int, str]:
 
 
 def missing_labels(session: Session) -> list[str]:
-    """Where the labels, as decided or by the preset, leave out pages: `between 12 and 15`."""
+    """Return where the labels leave out pages: `between 12 and 15`.
+
+    As decided or by the preset.
+    """
     numbered = list(_numbered(leaves_of(session), preset_of(session)))
     return [f"between {one} and {two}" for (one, at), (two, then) in pairwise(numbered) if then > at + 1]
 
