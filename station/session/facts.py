@@ -63,6 +63,12 @@ class Captured(_Facts):
     provenance: dict[str, Any] = {}
 
 
+class Stage(_Facts):
+    """Facts of a stage."""
+
+    parameters: dict[str, Any] = {}
+
+
 _numbers: Any = dict.fromkeys(WORSE, (Number | None, None))
 Measures = create_model(
     "Measures", __base__=_Facts, fingerprint=(Annotated[str, AfterValidator(_fingerprint)], ...), **_numbers
@@ -121,6 +127,7 @@ def check_facts(history: History) -> None:
             elif event.kind == "capture":
                 Captured.model_validate(dict(event.facts))
             elif event.kind == "stage" and event.name in RESULTS:
+                Stage.model_validate(dict(event.facts))
                 RESULTS[event.name].model_validate(event.facts.get("result"))
             elif event.kind == "decision" and event.name in VALUES:
                 value = VALUES[event.name].validate_python(event.facts.get("value"), strict=True)
