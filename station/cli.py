@@ -12,12 +12,13 @@ from station.commands.calibrate import axis, board, calibrate
 from station.commands.capture import capture
 from station.commands.card import card
 from station.commands.compile import compile_command
+from station.commands.demo import demo
 from station.commands.devices import devices
 from station.commands.doctor import doctor
 from station.commands.export import export
 from station.commands.groups import CommandGroups, with_verbosity
 from station.commands.layout import layout
-from station.commands.page import demo, merge, photos, restore, scan
+from station.commands.page import merge, photos, restore, scan
 from station.commands.park import park
 from station.commands.patterns import patterns
 from station.commands.preservation import reindex, repair, reproduce, verify
