@@ -25,6 +25,7 @@ from restore.texture.page import MM_PER_INCH
 
 PAGE_MM, DISTANCE_MM = (200.0, 140.0), 900.0
 GAP_MM = {"finger": 3.0, "corner": 3.0, "white": 0.3}
+CORNER_MM = 80.0  # of the page, that holds the tear: its other edges are off by what the hand is off
 HAND_MM = 0.5  # by which each point that a hand draws is off, at most, across and along
 SETTINGS = Settings(dpi=150)
 
@@ -84,9 +85,12 @@ def _errors(scan: RangeScan, truth: Truth, draw_on: Draw, random: Random) -> tup
     size = float(np.abs(np.array(page.report["page_mm"]) - PAGE_MM).max())
     if by_hand.area is None:
         return size, 0.0
-    kind = CoverageClass.OUTSIDE if by_hand.mask is None else CoverageClass.ERASED
-    reported = np.count_nonzero(page.coverage == kind) * (MM_PER_INCH / page.dpi) ** 2
-    return size, abs(reported - by_hand.area) / by_hand.area
+    reported = page.coverage == CoverageClass.ERASED
+    if by_hand.mask is None:
+        box = round(CORNER_MM * page.dpi / MM_PER_INCH)
+        reported = page.coverage[:box, -box:] == CoverageClass.OUTSIDE
+    area = np.count_nonzero(reported) * (MM_PER_INCH / page.dpi) ** 2
+    return size, abs(area - by_hand.area) / by_hand.area
 
 
 def _finger(scan: RangeScan, truth: Truth, random: Random) -> ByHand:
@@ -98,7 +102,10 @@ def _finger(scan: RangeScan, truth: Truth, random: Random) -> ByHand:
 def _corner(scan: RangeScan, truth: Truth, random: Random) -> ByHand:
     torn, tear = tear_corner(scan, truth, random)
     outline = draw(scan, truth, outline_uv(PAGE_MM, tear), random, HAND_MM)
-    return ByHand(torn, outline, area=PAGE_MM[0] * PAGE_MM[1] - outline.on_paper_mm2(PAGE_MM))
+    ends = np.array([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0]]) * CORNER_MM
+    box = np.array([PAGE_MM]) - CORNER_MM + np.array([[0.0, 0.0], *ends])
+    left = outline.on_paper_mm2(PAGE_MM, within=box)
+    return ByHand(torn, outline, area=CORNER_MM**2 - left)
 
 
 def _white(scan: RangeScan, truth: Truth, random: Random) -> ByHand:

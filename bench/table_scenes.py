@@ -2,8 +2,8 @@
 
 Sheet, print, table, its distance below the page, laser power, lens, distance, tilt, turn, place in the picture, samples
 lost besides and whether the scan has colour are drawn from the seed, by default of today. A scene without a table is
-filled by its page. A line tells of a page that lost more than WRONG of its samples, or has as many that are not its
-own; the last one how many of each table there are, and how many are wrong.
+filled by its page. A line is printed for a page that lost more than WRONG of its samples, or has as many that are not
+its own, with its findings; at last how many scenes of each table there are, and how many are wrong, and without a word.
 """
 
 from __future__ import annotations
@@ -53,13 +53,19 @@ def main(count: int = COUNT, seed: int | None = None) -> None:
     seed = seed or seed_of_today()
     print(f"\n{count} scenes, seeds from {seed}")
     print(ROW.format(*HEADINGS))
-    drawn, wrong = Counter[str](), Counter[str]()
+    drawn, wrong, silent = Counter[str](), Counter[str](), 0
     for number in range(seed, seed + count):
         shot = scene_shot(number)
         if shot is not None:
             drawn[shot.drawn[2]] += 1
-            wrong[shot.drawn[2]] += _line(number, shot)
-    print("wrong: " + ", ".join(f"{wrong[table]} of {drawn[table]} ({table})" for table in sorted(drawn)))
+            said = _said(number, shot)
+            wrong[shot.drawn[2]] += said is not None
+            silent += said == ""
+    print(
+        "wrong: "
+        + ", ".join(f"{wrong[table]} of {drawn[table]} ({table})" for table in sorted(drawn))
+        + f"; silent: {silent}"
+    )
 
 
 def scene_shot(seed: int) -> SceneShot | None:
@@ -88,8 +94,8 @@ def scene_shot(seed: int) -> SceneShot | None:
     return SceneShot(scan, np.isfinite(truth.flat[..., 0]), (kind, artwork, table, gap, power, lost, place))
 
 
-def _line(seed: int, shot: SceneShot) -> bool:
-    """Print the line of a shot where it is wrong; whether it is."""
+def _said(seed: int, shot: SceneShot) -> str | None:
+    """Print the line of a shot that is wrong. Returns its findings, None where it is right."""
     *drawn, place = shot.drawn
     own = shot.scan.measured & shot.on_page
     try:
@@ -97,13 +103,14 @@ def _line(seed: int, shot: SceneShot) -> bool:
         sheet = None if rays is None else find_sheet(shot.scan, rays)
     except RestoreError as error:
         print(ROW.format(seed, *drawn, "", "", f"{place}: {error}"), flush=True)
-        return True
+        return str(error)
     missing = 1.0 if sheet is None else (own & ~sheet.inside).sum() / max(own.sum(), 1)
     foreign = 0.0 if sheet is None else (sheet.samples & ~shot.on_page).sum() / max(own.sum(), 1)
     if max(missing, foreign) <= WRONG:
-        return False
-    print(ROW.format(seed, *drawn, f"{missing:.1%}", f"{foreign:.1%}", place), flush=True)
-    return True
+        return None
+    said = "" if sheet is None else ", ".join(one.code for one in sheet.scan.findings)
+    print(ROW.format(seed, *drawn, f"{missing:.1%}", f"{foreign:.1%}", f"{place}: {said or 'silent'}"), flush=True)
+    return said
 
 
 if __name__ == "__main__":

@@ -171,7 +171,7 @@ class Rig:
         for index, way in enumerate(islice(_cycle(), ARRIVALS)):
             sub = self.folder / ("", "a", "b/c")[index % 3]
             sub.mkdir(parents=True, exist_ok=True)
-            parcel = Parcel(_make(self.root / "made", index), sub)
+            parcel = Parcel(make_page(self.root / "made", index), sub)
             self.ways[str((sub / parcel.made.name).relative_to(self.folder))] = way
             for after, action in way(parcel):
                 heappush(self.steps, (index * BETWEEN_S + after, next(order), action))
@@ -245,7 +245,7 @@ def _cycle() -> Iterator[Callable[[Parcel], Steps]]:
         yield from ways
 
 
-def _make(folder: Path, index: int) -> Path:
+def make_page(folder: Path, index: int) -> Path:
     """A small scan of its own: OBJ with material and picture, or binary PLY with a picture."""
     mesh = exact_sheet(Curl(), MESH_POINTS, seed=index).mesh
     rng = np.random.default_rng(index)

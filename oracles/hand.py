@@ -35,10 +35,14 @@ class Drawing:
         """Its points as corrections have them."""
         return tuple((float(x), float(y)) for x, y in self.px)
 
-    def on_paper_mm2(self, page_mm: Sequence[float]) -> float:
-        """Area of the sheet within it."""
+    def on_paper_mm2(self, page_mm: Sequence[float], within: Floats | None = None) -> float:
+        """Return the area of the sheet within it; within a second polygon (k, 2) mm, too, where one is given."""
         canvas = np.zeros((round(page_mm[1] * PER_MM), round(page_mm[0] * PER_MM)), np.uint8)
         cv2.fillPoly(canvas, [np.rint(self.uv * PER_MM - 0.5).astype(np.int32)], 1)
+        if within is not None:
+            other = np.zeros_like(canvas)
+            cv2.fillPoly(other, [np.rint(within * PER_MM - 0.5).astype(np.int32)], 1)
+            canvas &= other
         return float(np.count_nonzero(canvas)) / PER_MM**2
 
 
@@ -88,7 +92,7 @@ def lay_finger(scan: RangeScan, truth: Truth, random: Random) -> tuple[RangeScan
 
 def tear_corner(scan: RangeScan, truth: Truth, random: Random) -> tuple[RangeScan, Floats]:
     """Return the scan without its upper right corner, where the table is seen, and the tear (n, 2) mm, downwards."""
-    page, legs = np.asarray(truth.page_mm), random.uniform(25, 45, 2)
+    page, legs = np.asarray(truth.page_mm), random.uniform(45, 70, 2)
     at = np.linspace(0, 1, 5)[:, None]
     tear = page - [legs[0], 0.0] + at * [legs[0], -legs[1]]
     tear[1:-1] += random.uniform(-RAGGED_MM, RAGGED_MM, (3, 2))

@@ -35,6 +35,11 @@ CODES: Mapping[str, Code] = {
         "warning",
         "the vertex colours are not used, because the surface cannot be packed into an image: {reason}",
     ),
+    "colours_ambiguous": Code(
+        "warning",
+        "the vertex colours are not used: of the seven numbers of a vertex the fourth and the last never change, so "
+        "that either may be the colour. Export six numbers for each vertex: x y z r g b",
+    ),
     "bare_faces": Code(
         "warning",
         "{count} of {total} faces have no texture coordinates and are skipped. Check holes that a mesh editor "
@@ -136,6 +141,12 @@ CODES: Mapping[str, Code] = {
         "warning",
         "the scan shows {surfaces} as large as a page: only the largest is restored. Call `separate_sheets` "
         "for the others",
+    ),
+    "unconnected": Code(
+        "warning",
+        "{share:.0%} of the measured samples off the table do not connect to the page and are left out. Where they "
+        "show a part of the page, raise the laser power for dark ink, or turn the page so that steep parts are seen",
+        "samples",
     ),
     "unseen_edge": Code(
         "warning",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from restore.findings import Finding
 from restore.mesh.topology import Topology
+from restore.runtime.given_later import given_later
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
 
@@ -71,6 +72,7 @@ IMAGES = ("image", "mask", "page_map", "master", "coverage", "page_source")
 """The fields of a `RestoredPage` that are arrays (h, w, …) over its pixels."""
 
 
+@given_later("page_map")
 @dataclass(frozen=True, eq=False)
 class RestoredPage:
     """The flat page, painted true to scale.
@@ -82,6 +84,7 @@ class RestoredPage:
     fine      the finer mesh that maps the picture to the page, the same when the scan has no grid.
     report    options, sizes, strain, findings and times (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
+              It may be given as a function that draws it.
     master    (h, w, 3) uint8 RGB, the page with its shading; equal to the image where shading is kept.
     coverage  (h, w) uint8, the kind of each pixel: values of `restore.texture.coverage.CoverageClass`.
     page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th

@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from restore.findings import Finding
 from restore.flattening.methods import OnStep
@@ -103,7 +103,7 @@ def restore(
         coverage.mask,
         unrolled.coarse,
         report,
-        painting.source,
+        cast(Any, painting.source.whole),  # drawn when it is read
         fine,
         painting.image,
         coverage.seen,

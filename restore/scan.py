@@ -107,6 +107,11 @@ class ScannedSheet(ABC):
         It is a whole page, then, not a fragment of a torn one.
         """
 
+    @property
+    def area(self) -> Mask | None:
+        """Return the sheet in a range image (rows, cols), None where not known."""
+        return None
+
 
 @dataclass(frozen=True, eq=False)
 class InterpolatedMesh(SurfaceMesh):

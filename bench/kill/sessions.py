@@ -45,12 +45,16 @@ class Verdict:
     wrong: str
 
 
-def main(workers: int | None = None, only: str = "", share: int = 1) -> int:
-    """Print a line for each step and fault. share: one point of so many is tried. Returns 1 when anything is wrong."""
+def main(workers: int | None = None, only: str = "", share: int = 1, fault: str = "") -> int:
+    """Print a line for each step and fault. Returns 1 when anything is wrong.
+
+    only, fault: parts of the names of those that are tried. share: one point of so many is tried.
+    """
     start = time.perf_counter()
     with scratch_folder() as scratch:
         prepare(scratch / "before")
-        tasks = [task for step in STEPS if only in step.name for task in _tasks(step, scratch)][::share]
+        chosen = [step for step in STEPS if any(part in step.name for part in only.split(","))]
+        tasks = [task for step in chosen for task in _tasks(step, scratch) if fault in task[2].name][::share]
         with get_context("fork").Pool(workers or len(os.sched_getaffinity(0))) as pool:
             verdicts = pool.map(_judge, tasks, chunksize=20)
     _print_table(verdicts)
@@ -159,8 +163,9 @@ def _print_table(verdicts: Sequence[Verdict]) -> None:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--workers", type=int, help="processes; one for each processor by default")
-    parser.add_argument("--only", default="", help="part of the name of a step")
+    parser.add_argument("--only", default="", help="parts of the names of steps, with commas between them")
+    parser.add_argument("--fault", default="", help="part of the name of a fault: SIGKILL")
     parser.add_argument("--share", type=int, default=1, help="try one point of so many")
     options = parser.parse_args()
     start_with_library()
-    sys.exit(main(options.workers, options.only, options.share))
+    sys.exit(main(options.workers, options.only, options.share, options.fault))

@@ -14,7 +14,7 @@ from restore.settings import Settings
 FORMAT, VERSION = "planish-edits", 1
 MAX_BYTES = 48 * 1024  # of a file: the web interface takes bodies of 64 KiB
 MAX_POINTS = 2000  # in all: no outline drawn by hand has more
-HINT = "see docs/how-to/opened-books.md for the fields, or restore without it: --no-edits"
+HINT = "see docs/how-to/opened-books.md for the fields"
 
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
 Point = tuple[Coordinate, Coordinate]

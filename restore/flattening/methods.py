@@ -21,7 +21,7 @@ from restore.flattening.published.applicable import flatten_applicable
 from restore.flattening.published.springs import flatten_springs
 from restore.flattening.published.sticks import flatten_sticks
 from restore.flattening.solution import Follow, Solution
-from restore.mesh.flattenable import refuse_unflattenable
+from restore.mesh.flattenable import refuse_narrow, refuse_unflattenable
 from restore.mesh.network import Network, Piece, make_network, pieces
 from restore.mesh.pose import PosedSheet, pose_on_table
 from restore.mesh.surface_lengths import straight_and_along, surface_lengths
@@ -96,14 +96,15 @@ def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnSt
     """Flatten each connected piece of a mesh, and arrange the pieces.
 
     lengths: (e,) mm, rest lengths.
-    Raises NotEnoughSurface for a surface without a border.
+    Raises NotEnoughSurface for a surface without a border, BadInput for a strip without a width.
     """
     network = make_network(mesh.vertices, mesh.topology, lengths)
     if not len(mesh.topology.border):
         raise NotEnoughSurface("the surface is closed all round: a page has a border", "cut the page out of the mesh")
     flat, arranged = np.zeros((len(mesh.vertices), 2)), list[tuple[Ints, Ints]]()
     whole, worst = pose_on_table(mesh.vertices, mesh.faces), Solution(flat, 0)
-    for piece in pieces(network):
+    parts = list(pieces(network))
+    for piece in parts:
 
         def solve(posed: PosedSheet, part: Piece, among: Ints = piece.vertices) -> Solution:
             follow = _follower(on_step, mesh, among[part.vertices]) if on_step else None
@@ -112,6 +113,8 @@ def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnSt
         found = flatten_parts(mesh.vertices, piece, whole, solve)
         flat[piece.vertices], worst = found.flat, worst.joined(found)
         arranged.append((piece.vertices, piece.faces))
+    if worst.converged:  # else the page says itself that it was not found
+        refuse_narrow([flat[part.vertices] for part in parts], [float(part.network.areas.sum()) for part in parts])
     arrange_pieces(flat, arranged)
     return FlatMesh.of(mesh, flat, network.lengths, worst.iterations, **worst.convergence)
 

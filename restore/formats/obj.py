@@ -55,7 +55,7 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     starts = np.cumsum(text.sizes) - text.sizes
     faces, uv_faces = fan_triangles(text.corners, starts, text.sizes), fan_triangles(text.uvs, starts, text.sizes)
     unused = _check_complete(path, data, text, faces)
-    colours = _colours(text)
+    colours, doubts = _colours(text)
     bare: Mask = np.any(uv_faces < 0, axis=1)
     pictures, of_faces, notes = list[Bytes](), np.zeros(len(faces), np.int64), list[Finding]()
     if not bare.all() and texture is None:
@@ -65,8 +65,8 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     elif texture is not None:
         pictures = [texture]
     kept, findings = kept_faces(bare, pictured=bool(pictures))
-    findings = (*commas, *unused, *notes, *findings)
     texture = pictures[0] if pictures else None
+    findings = (*commas, *unused, *(doubts if texture is None else ()), *notes, *findings)
     if bare[kept].any():
         return checked_mesh(path, text.vertices, faces, texture=texture, colours=colours, findings=findings)
     uv_count = len(text.uv)
@@ -118,21 +118,31 @@ def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> tupl
     last = data[data.rfind(b"\n") + 1 :].split()
     if last[:1] == [b"f"] and len(last) < 4:
         raise BadInput(f"{path} seems cut short: its last face is not complete", CUT_SHORT)
-    share = (int(faces.max()) + 1) / len(text.vertices)
+    used = (int(faces.max()) + 1) / len(text.vertices)
     large, ended = len(text.vertices) >= LARGE_MESH, data.endswith(b"\n")
-    if share < (MIN_USED if large and ended else 0.0 if ended else 1.0):
-        raise BadInput(f"{path} seems cut short: its faces use the first {share:.0%} of its vertices", CUT_SHORT)
-    if large and share < 1.0 - UNUSED_TAIL:
-        return (Finding.of("unused_vertices", share),)
+    if used < (MIN_USED if large and ended else 0.0 if ended else 1.0):
+        raise BadInput(f"{path} seems cut short: its faces use the first {used:.0%} of its vertices", CUT_SHORT)
+    if large and used < 1.0 - UNUSED_TAIL:
+        return (Finding.of("unused_vertices", used),)
     return ()
 
 
-def _colours(text: ObjText) -> Bytes | None:
-    """The colours (n, 3) of vertices that all have one, 0 to 1 or 0 to 255 in the file."""
-    if not len(text.colours) or np.isnan(text.colours).any():
-        return None
-    scale = 255.0 if text.colours.max() <= 1.0 else 1.0
-    return np.clip(np.rint(scale * text.colours), 0, 255).astype(np.uint8)
+def _colours(text: ObjText) -> tuple[Bytes | None, tuple[Finding, ...]]:
+    """Return the colours of vertices, and a finding where they are ambiguous.
+
+    The colours are (n, 3): all vertices have one, 0 to 1 or 0 to 255 in the file. Four numbers behind the position are
+    r g b and opacity, or w of homogeneous coordinates, which is 1, and r g b.
+    """
+    others = text.others
+    if not len(others) or np.isnan(others[:, :3]).any():
+        return None, ()
+    four = not np.isnan(others[:, 3]).any()
+    behind = four and bool((others[:, 0] == 1.0).all())
+    if behind and bool((others[:, 3] == others[0, 3]).all()) and bool((others != others[0]).any()):
+        return None, (Finding.of("colours_ambiguous"),)
+    colours = others[:, 1:] if behind else others[:, :3]
+    scale = 255.0 if colours.max() <= 1.0 else 1.0
+    return np.clip(np.rint(scale * colours), 0, 255).astype(np.uint8), ()
 
 
 def _with_points(data: bytes) -> tuple[bytes, tuple[Finding, ...]]:

@@ -23,7 +23,7 @@ EXACT_DIGITS = 2**53  # whole numbers below are exact in float64, and so is thei
 EXACT_POWER = 22  # … with or quotient by a power of ten up to this one (W. Clinger, PLDI 1990)
 POWERS = 10.0 ** np.arange(EXACT_POWER + 1)
 MIN_VERTEX_BYTES = len(b"v 0 0 0\n")  # more vertex lines than fit would take many times the memory of the file
-VALUES = 6  # x y z r g b: more numbers on a line are left out
+VALUES = 7  # x y z r g b a, or x y z w r g b: more numbers on a line are left out
 KINDS = VERTEX, TEXCOORD, FACE, LIBRARY, MATERIAL = range(5)
 NUMBER_FAULT, CORNER_FAULT, INDEX_FAULT, COUNT_FAULT = 1, 2, 3, 4
 TAB, NEWLINE, RETURN, BLANK, HASH, SLASH, MINUS, PLUS, POINT = 9, 10, 13, 32, 35, 47, 45, 43, 46
@@ -35,7 +35,7 @@ class ObjText:
     """Contents of an OBJ file.
 
     vertices  (n, 3) positions.
-    colours   (n, 3) the three numbers behind, NaN where the line has fewer.
+    others    (n, 4) the numbers behind, NaN where the line has fewer.
     uv        (t, 2) texture coordinates.
     corners   (c,) vertex of each corner of each face, in the order of the file.
     uvs       (c,) its texture coordinate, −1 where it has none.
@@ -44,7 +44,7 @@ class ObjText:
     """
 
     vertices: Floats
-    colours: NDArray[np.float32]
+    others: NDArray[np.float32]
     uv: Floats
     corners: Numbers
     uvs: Numbers
@@ -65,7 +65,7 @@ def parse_obj(path: Path, data: bytes) -> ObjText:
     if sizes[VERTEX] * MIN_VERTEX_BYTES > len(text):
         raise BadInput(f"{path}: a vertex has fewer than three coordinates", DAMAGED)
     check_counts(path, sizes[VERTEX], max(sizes[-1] - 2 * sizes[FACE], 0))
-    vertices, colours = np.empty((sizes[VERTEX], 3)), np.empty((sizes[VERTEX], 3), np.float32)
+    vertices, others = np.empty((sizes[VERTEX], 3)), np.empty((sizes[VERTEX], VALUES - 3), np.float32)
     uv, faces = np.empty((sizes[TEXCOORD], 2)), np.zeros(sizes[FACE], np.int32)
     corners, uvs = np.empty(sizes[-1], np.int32), np.empty(sizes[-1], np.int32)
 
@@ -76,7 +76,7 @@ def parse_obj(path: Path, data: bytes) -> ObjText:
         """
         places, words = np.empty(0, np.int32), np.empty(0, np.uint8)
         while True:  # most files have no number that the kernel cannot parse exactly; for others, room is made
-            found = _fill(text[part], start, vertices, colours, uv, faces, corners, uvs, places, words)
+            found = _fill(text[part], start, vertices, others, uv, faces, corners, uvs, places, words)
             fault, line, count, length = (int(number) for number in found)
             if fault:
                 raise _line_error(path, data, fault, data.count(b"\n", 0, part.start) + line)
@@ -86,10 +86,10 @@ def parse_obj(path: Path, data: bytes) -> ObjText:
 
     left = in_threads(lambda item: fill(*item), zip(parts, before, strict=True))
     for places, words in left:
-        _parse_remaining(path, places, words, vertices, colours, uv)
+        _parse_remaining(path, places, words, vertices, others, uv)
     offsets = [[part.start + one for one in found[1:]] for part, found in zip(parts, counted, strict=True)]
     names = (_names(path, data, np.concatenate(places)) for places in zip(*offsets, strict=True))
-    return ObjText(vertices, colours, uv, corners, uvs, faces, *names)
+    return ObjText(vertices, others, uv, corners, uvs, faces, *names)
 
 
 def _parts(text: Bytes) -> list[slice]:
@@ -115,17 +115,17 @@ def _names(path: Path, data: bytes, places: Ints) -> tuple[bytes, ...]:
 
 
 def _parse_remaining(
-    path: Path, places: Numbers, words: Bytes, vertices: Floats, colours: NDArray[np.float32], uv: Floats
+    path: Path, places: Numbers, words: Bytes, vertices: Floats, others: NDArray[np.float32], uv: Floats
 ) -> None:
     """Parse the numbers of many digits, whose words have blanks between them.
 
-    A place is 6 · vertex + column of position and colour, or −1 − (2 · texture coordinate + column).
+    A place is 7 · vertex + column of position and colour, or −1 − (2 · texture coordinate + column).
     """
     parsed = parse_numbers(words.tobytes(), path, "a line")
     if len(parsed) != len(places):
         raise BadInput(f"{path}: a word stands where a number should be", DAMAGED)
     row, column = np.divmod(places, VALUES)
-    for array, here, first in ((vertices, column < 3, 0), (colours, column >= 3, 3)):
+    for array, here, first in ((vertices, column < 3, 0), (others, column >= 3, 3)):
         here = here & (places >= 0)
         array[row[here], column[here] - first] = parsed[here]
     uv.reshape(-1)[-1 - places[places < 0]] = parsed[places < 0]
@@ -233,7 +233,7 @@ def _fill(
     text: Bytes,
     start: Ints,
     vertices: Floats,
-    colours: NDArray[np.float32],
+    others: NDArray[np.float32],
     uv: Floats,
     faces: Numbers,
     corners: Numbers,
@@ -272,14 +272,14 @@ def _fill(
                     elif count < 3:
                         vertices[vertex, count] = value
                     else:
-                        colours[vertex, count - 3] = value
+                        others[vertex, count - 3] = value
                 count += 1
                 begin, word = _next_word(text, word)
             if count < (3 if kind == VERTEX else 1):
                 return NUMBER_FAULT, line, left, length
             if kind == VERTEX:
-                for k in range(max(count - 3, 0), 3):
-                    colours[vertex, k] = np.nan
+                for k in range(max(count - 3, 0), VALUES - 3):
+                    others[vertex, k] = np.nan
                 vertex += 1
             else:
                 if count == 1:

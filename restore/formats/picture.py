@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import warnings
-import zlib
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from restore.errors import BadInput
+from restore.formats.png import png_parts
 from restore.formats.source import CUT_SHORT, is_file, read_bytes, scan_stem
 from restore.runtime.arguments import checks_types
 from restore.scan import Bytes
@@ -21,9 +21,6 @@ MAX_PIXELS = 80_000_000
 # A photograph has four pixels to a byte at most; what is packed closer, and is not small, was made to fill the memory.
 SMALL_PIXELS, MAX_PIXELS_PER_BYTE = 20_000_000, 16
 BAND_ROWS = 256
-# Runs of one byte only: a fifth of the default's time for no more bytes, measured on pages of text and on the scanner's
-# pictures. Pixels are like those next to them, not like those further away.
-STRATEGY = zlib.Z_RLE
 KINDS = ("PNG", "PPM", "JPEG", "TIFF", "BMP", "WEBP")
 # In the order of preference when several lie next to a scan: lossless first.
 SUFFIXES = (".png", ".ppm", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg", ".webp")
@@ -109,9 +106,7 @@ def encode_png(picture: Bytes, **chunks: Any) -> bytes:
 
     chunks: what Pillow's writer of PNG takes in addition.
     """
-    out = io.BytesIO()
-    Image.fromarray(picture).save(out, "PNG", compress_type=STRATEGY, **chunks)
-    return out.getvalue()
+    return b"".join(png_parts(picture, **chunks))
 
 
 def adjacent_picture(path: Path) -> Bytes | None:

@@ -18,11 +18,17 @@ INDEPENDENT = 7  # rows that share their samples, as facets average so many
 HIDDEN = 12  # samples on either side in which the measured walls begin
 MIN_ROWS = 10  # that a line is fitted to
 OUTLIER_SIGMAS = 4.0
+NEWTON_STEPS = 3  # from the crossing of parabolas to that of cubics: less than a sample in most rows
 HALVED = 0.5  # of the residual of a line: a bend that takes less is not one
 
 
 class Crease(NamedTuple):
-    """nodes: (n, 2) grid positions from head to tail; sigma: standard deviation of its place, samples."""
+    """nodes: (n, 2) grid positions from head to tail; sigma: standard deviation of its place, samples.
+
+    In sigma: the scatter of the rows, a gap in which nothing was measured, and how far the place depends on the curve
+    by which the walls are continued. That is the same in each row, and large where a wall turns within a few samples,
+    as over the edge of a block.
+    """
 
     nodes: Floats
     sigma: float
@@ -38,14 +44,16 @@ def place_crease(sheet: Sheet, rows: Floats, cols: Floats) -> Crease | None:
     row = np.unique(np.rint(rows).astype(int))
     row = row[(row >= 0) & (row < sheet.inside.shape[0])]
     first = np.interp(row, rows, cols)
-    found = _crossings(sheet, row, first)
+    found, by_cubics = _crossings(sheet, row, first)
     known = np.isfinite(found)
     if known.sum() < MIN_ROWS:
         return None
     line = _fit(row[known].astype(float), found[known])
     ends = np.linspace(row[known][0], row[known][-1], 9)
     hidden = _hidden(sheet, row[known], line.at(row[known]))
-    return Crease(np.column_stack([ends, line.at(ends)]), float(np.hypot(line.sigma, hidden / np.sqrt(12.0))))
+    model = float(np.median((by_cubics - found)[known]))
+    sigma = np.linalg.norm([line.sigma, hidden / np.sqrt(12.0), model])
+    return Crease(np.column_stack([ends, line.at(ends)]), float(sigma))
 
 
 def _hidden(sheet: Sheet, row: Ints, col: Floats) -> float:
@@ -75,29 +83,45 @@ def _fit(row: Floats, col: Floats) -> _Line:
     return _Line(np.asarray(chosen), spread / np.sqrt(max(near.sum() / INDEPENDENT, 1.0)))
 
 
-def _crossings(sheet: Sheet, row: Ints, first: Floats) -> Floats:
-    """(n,) columns in which both walls cross in rows (n,), near columns (n,); NaN where they do not."""
+def _crossings(sheet: Sheet, row: Ints, first: Floats) -> tuple[Floats, Floats]:
+    """Return the columns (n,) in which both walls cross in rows (n,), near columns (n,).
+
+    By parabolas, NaN where they do not cross; and by cubics, within the reach of these.
+    """
     depth = sheet.planes[..., 0]
     middle = np.rint(first).astype(int)
     steps = BESIDE + np.arange(SPAN)
-    walls = []
+    walls, cubics = [], []
     for sign in (-1, 1):
         at = middle[:, None] + sign * steps
         inside = (at >= 0) & (at < depth.shape[1])
         value = depth[row[:, None], np.clip(at, 0, depth.shape[1] - 1)]
         inside &= sheet.inside[row[:, None], np.clip(at, 0, depth.shape[1] - 1)]
         value = np.where(inside.all(axis=1)[:, None], value, np.nan)
-        walls.append(_parabolas(sign * steps.astype(float), value))
+        at_steps = sign * steps.astype(float)
+        walls.append(_polynomials(at_steps, value, 2))
+        cubics.append(_polynomials(at_steps, value, 3))
     a, b, c = (walls[1] - walls[0]).T
     with np.errstate(invalid="ignore", divide="ignore"):
         root = np.sqrt(b * b - 4 * a * c)
         roots = np.stack([2 * c / (-b - root), 2 * c / (-b + root)])
     roots = np.where(np.abs(roots) <= MAX_MOVE, roots, np.nan)
     at_first = np.where(np.isfinite(roots), np.abs(roots), np.inf).argmin(axis=0)
-    return middle + roots[at_first, np.arange(len(row))]
+    crossing = roots[at_first, np.arange(len(row))]
+    return middle + crossing, middle + np.clip(_root_near(crossing, cubics[1] - cubics[0]), -MAX_MOVE, MAX_MOVE)
 
 
-def _parabolas(at: Floats, values: Floats) -> Floats:
-    """(n, 3) coefficients, the highest power first, of parabolas through values (n, k) at places (k,)."""
-    fit = np.linalg.pinv(np.vander(at, 3))
+def _root_near(at: Floats, coefficients: Floats) -> Floats:
+    """Return the roots (n,) of polynomials (n, 4) to which Newton's method leads from places (n,)."""
+    third, second, first, constant = coefficients.T
+    for _ in range(NEWTON_STEPS):
+        value = ((third * at + second) * at + first) * at + constant
+        with np.errstate(invalid="ignore", divide="ignore"):
+            at = at - value / ((3 * third * at + 2 * second) * at + first)
+    return at
+
+
+def _polynomials(at: Floats, values: Floats, degree: int) -> Floats:
+    """Return coefficients (n, degree + 1), the highest power first, through values (n, k) at places (k,)."""
+    fit = np.linalg.pinv(np.vander(at, degree + 1))
     return np.asarray(values @ fit.T)

@@ -1,6 +1,8 @@
-"""Whether a mesh can be a page at all: refuse one-sided surfaces and closed bands."""
+"""Refuse one-sided surfaces, closed bands and strips without a width."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -9,6 +11,8 @@ from restore.mesh.adjacency import components
 from restore.mesh.measures import corner_angles, straight_lengths
 from restore.mesh.topology import Topology
 from restore.scan import Floats
+
+NARROW = 1e4  # times as long as wide: rounding, magnified by its square, bends a strip by 10⁻⁵ of its length there
 
 
 def refuse_unflattenable(vertices: Floats, topology: Topology) -> None:
@@ -36,3 +40,18 @@ def refuse_unflattenable(vertices: Floats, topology: Topology) -> None:
     # In a flat page the border turns by 2π, a hole by −2π; both borders of a band turn by nothing.
     if len(loops) == 2 and (np.abs(turning[loops]) < np.pi).all():
         raise BadInput("the surface is a band closed on itself", "cut it open where the page begins")
+
+
+def refuse_narrow(flat: Sequence[Floats], areas: Sequence[float]) -> None:
+    """Raise BadInput when the largest of some pieces is a strip without a width.
+
+    flat: (n, 2) mm, positions of each piece. areas: in mm², at rest. The edges of such a strip hardly change in length
+    when it bends in the plane: its lengths do not determine its form.
+    """
+    largest = int(np.argmax(areas))
+    length, area = float(np.hypot(*np.ptp(flat[largest], axis=0))), areas[largest]
+    if length * length > NARROW * area:
+        raise BadInput(
+            f"the surface is a strip about {length:.4g} mm long and {area / length:.2g} mm wide: it is too narrow",
+            "check the unit and the axes of the mesh",
+        )

@@ -24,6 +24,7 @@ from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_pictu
 from restore.prepared.refine import interpolate_flat_positions, refine, subdivide
 from restore.range_image.facets.normals import facet_normals
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
+from restore.runtime.threads import in_picture_bands
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh
 from restore.settings import Settings
 from restore.texture.coverage import CoverageClass
@@ -110,19 +111,23 @@ class FacetSheet(Prepared):
         OUTSIDE in holes that show the table.
         """
         grid_xy = np.stack(self.sheet.rays.grid(fine.vertices), axis=1)[:, ::-1]
-        at = rasterise_on_page(fine, grid_xy, page.shape, dpi)
-        samples = self.sheet.measured.astype(np.uint8)
-        measured = cv2.remap(samples, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
-        kinds = np.where(
-            page, np.where(measured > 0, CoverageClass.MEASURED, CoverageClass.INTERPOLATED), CoverageClass.OUTSIDE
-        ).astype(np.uint8)
-        if self.sheet.holes is not None and self.sheet.holes.any():
-            kinds[cv2.remap(self.sheet.holes.astype(np.float32), at, None, cv2.INTER_LINEAR) > HALF] = (
-                CoverageClass.OUTSIDE
-            )
-        if self.erased is not None:
-            erased = cv2.remap(self.erased.astype(np.float32), at, None, cv2.INTER_LINEAR) > HALF
-            kinds[erased & (kinds != CoverageClass.OUTSIDE)] = CoverageClass.ERASED
+        samples = np.where(self.sheet.measured, CoverageClass.MEASURED, CoverageClass.INTERPOLATED).astype(np.uint8)
+        has_holes = self.sheet.holes is not None and self.sheet.holes.any()
+        holes = np.asarray(self.sheet.holes, np.float32) if has_holes else None
+        erased = None if self.erased is None else self.erased.astype(np.float32)
+        kinds = np.empty(page.shape, np.uint8)
+
+        def find(rows: slice) -> None:
+            at, band = rasterise_on_page(fine, grid_xy, page.shape, dpi, rows), kinds[rows]
+            band[:] = cv2.remap(samples, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+            band *= page[rows]  # OUTSIDE is 0
+            if holes is not None:
+                band[cv2.remap(holes, at, None, cv2.INTER_LINEAR) > HALF] = CoverageClass.OUTSIDE
+            if erased is not None:
+                gone = cv2.remap(erased, at, None, cv2.INTER_LINEAR) > HALF
+                band[gone & (band != CoverageClass.OUTSIDE)] = CoverageClass.ERASED
+
+        in_picture_bands(find, *page.shape[:2])
         return kinds
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:

@@ -76,6 +76,11 @@ class SeparateSheet(ScannedSheet):
         alone = self.scan if self.segmented is None else _without(self.scan, [~self.segmented.samples])
         return bool(alone.measured.any()) and _is_rectangular(triangulate(alone))
 
+    @property
+    def area(self) -> Mask | None:
+        """Return the sheet in a range image (rows, cols), None where not known."""
+        return None if self.segmented is None or self.of_mesh else self.segmented.inside
+
 
 @checks_types
 def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:

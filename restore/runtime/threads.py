@@ -16,6 +16,7 @@ from typing import TypeVar
 VARIABLE = "PLANISH_THREADS"  # set for the processes of a pool, which divide the processors
 MAX_THREADS = 4  # more gain little: the kernels are bound by memory bandwidth
 BANDS_A_THREAD = 2  # more than one, so that a busy core gets fewer of them
+BAND_PIXELS = 2**18  # of a band of a picture: what is computed of it on the way stays in the processor's cache
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -39,8 +40,9 @@ def in_threads(work: Callable[[Part], Result], parts: Iterable[Part], count: int
     Once one has failed, no other is begun.
     count: number of threads, this one included; `thread_count()` by default. It does not change any result.
     """
-    count = count or thread_count()
-    waiting: deque[tuple[int, Part] | None] = deque([*enumerate(parts), *[None] * count])  # a thread ends at a None
+    numbered = [*enumerate(parts)]
+    count = min(count or thread_count(), max(len(numbered), 1))
+    waiting: deque[tuple[int, Part] | None] = deque([*numbered, *[None] * count])  # a thread ends at a None
     results: dict[int, Result] = {}
 
     def work_off() -> None:
@@ -50,8 +52,10 @@ def in_threads(work: Callable[[Part], Result], parts: Iterable[Part], count: int
         finally:
             waiting.appendleft(None)
 
+    if count == 1:
+        return [work(part) for _, part in numbered]
     # This thread works, too: until another has started, or is awake again, small parts are done.
-    with ThreadPoolExecutor(max(count - 1, 1)) as threads:  # it starts a thread when work is submitted
+    with ThreadPoolExecutor(count - 1) as threads:  # it starts a thread when work is submitted
         others = [threads.submit(work_off) for _ in range(count - 1)]
         work_off()
     for other in others:
@@ -68,3 +72,11 @@ def in_bands(work: Callable[[slice], None], rows: int, height: int | None = None
     equal = [rows * k // count for k in range(count + 1)]
     edges = equal if height is None else [*range(0, rows, height), rows]
     in_threads(work, (slice(a, b) for a, b in pairwise(edges) if b > a))
+
+
+def in_picture_bands(work: Callable[[slice], None], rows: int, cols: int) -> None:
+    """Call work(rows of a band) for all rows of a picture, in any order.
+
+    A band has about BAND_PIXELS.
+    """
+    in_bands(work, rows, max(1, BAND_PIXELS // max(cols, 1)))

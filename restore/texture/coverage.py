@@ -8,8 +8,10 @@ turned away) the texture has the colour of another place, and where the surface 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -18,12 +20,14 @@ from scipy.spatial import cKDTree
 
 from restore.findings import Finding
 from restore.page import FlatMesh
+from restore.runtime.threads import in_picture_bands
 from restore.scan import Bytes, Floats, Mask
 from restore.texture.occlusion import occluded
 from restore.texture.page import MM_PER_INCH, PAPER, Painting
 
 MAX_HIDDEN = 0.1  # of the page: the gutter of a book hides less, beside the letters that are lost there
 MAX_FILLED_MM = 20.0  # across: between two lines of text a page bends little, over a hand's breadth of a book too much
+WIDTH_DPI = 150  # at which widths are measured at least: a pixel is a hundredth of MAX_FILLED_MM
 EDGE_PX = 3.0  # of the picture: the page is painted by interpolation, so its last pixel lies within two of the edge
 # of the outline of a page that is said to be cut off: the presets of the station are amber from there
 MAX_CUT = 0.02
@@ -64,10 +68,10 @@ class Coverage:
     cut: float | None = None
     gaps: Mask | None = None
 
-    @property
+    @cached_property
     def mask(self) -> Mask:
         """(h, w) True where the camera saw the page."""
-        return np.asarray(np.isin(self.seen, VISIBLE))
+        return of_kinds(self.seen, VISIBLE)
 
     def fractions(self) -> dict[str, float]:
         """The fraction of the page's area of each kind, 0 to 1."""
@@ -121,19 +125,29 @@ def cover(
         seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = CoverageClass.OCCLUDED
     cut = None
     if fine.texture is not None and may_be_cut:
-        cut = cropped_fraction(seen != CoverageClass.OUTSIDE, painting.source, fine.texture.shape[:2])
+        cut = cropped_fraction(seen != CoverageClass.OUTSIDE, painting.source.rows, fine.texture.shape[:2])
     return Coverage(seen, cut, gaps)
 
 
 def seen_part(painting: Painting, coverage: Coverage) -> Painting:
     """The painted page with what the camera did not see blank; in holes it ends, and has no source."""
     holes = painting.mask & (coverage.seen == CoverageClass.OUTSIDE)
-    image, source, page_source = painting.image.copy(), painting.source, painting.page_source
-    image[holes | np.isin(coverage.seen, (CoverageClass.OCCLUDED, CoverageClass.ERASED))] = PAPER
+    image, source, page_source = painting.image, painting.source, painting.page_source
+    blank = holes | of_kinds(coverage.seen, (CoverageClass.OCCLUDED, CoverageClass.ERASED))
+    if blank.any():
+        image = image.copy()
+        image[blank] = PAPER
     if holes.any():
-        source = np.where(holes[..., None], np.float32(np.nan), source)
+        source = source.without(holes)
         page_source = None if page_source is None else np.where(holes, np.uint8(NO_PICTURE), page_source)
     return replace(painting, image=image, mask=coverage.mask, source=source, page_source=page_source)
+
+
+def of_kinds(seen: Bytes, kinds: Iterable[CoverageClass]) -> Mask:
+    """Mark the pixels (h, w) of a page that are of one of some kinds."""
+    table = np.zeros(256, np.uint8)
+    table[list(kinds)] = 1
+    return np.asarray(cv2.LUT(seen, table)).view(bool)
 
 
 def hole_findings(page: Mask, kinds: Bytes, dpi: float) -> list[Finding]:
@@ -154,16 +168,30 @@ def _enclosed_holes(covered: Mask) -> Mask:
     return outside[1:-1, 1:-1] == 0
 
 
-def cropped_fraction(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int]) -> float:
+def cropped_fraction(page: Mask, page_map: Callable[[slice], NDArray[np.float32]], size: tuple[int, int]) -> float:
     """Share of the outline of a page (h, w) that shows the edge of the picture: there the page goes on, unseen.
 
-    page_map: (h, w, 2) texture pixels. size: height and width of the texture.
+    page_map: gives (rows, w, 2) texture pixels of a slice of its rows. size: height and width of the texture.
     """
-    outline = page & ~cv2.erode(np.pad(page.astype(np.uint8), 1), np.ones((3, 3), np.uint8))[1:-1, 1:-1].astype(bool)
-    x, y = page_map[outline].T
-    inside = (x > EDGE_PX) & (y > EDGE_PX) & (x < size[1] - 1 - EDGE_PX) & (y < size[0] - 1 - EDGE_PX)
-    known = np.isfinite(x) & np.isfinite(y)
-    return float((known & ~inside).sum() / max(known.sum(), 1))
+    counts: list[tuple[int, int]] = []
+
+    def count(rows: slice) -> None:
+        x, y = page_map(rows)[_outline(page, rows)].T
+        inside = (x > EDGE_PX) & (y > EDGE_PX) & (x < size[1] - 1 - EDGE_PX) & (y < size[0] - 1 - EDGE_PX)
+        known = np.isfinite(x) & np.isfinite(y)
+        counts.append((int((known & ~inside).sum()), int(known.sum())))
+
+    in_picture_bands(count, *page.shape)
+    outside, known = (sum(one) for one in zip(*counts, strict=True))
+    return outside / max(known, 1)
+
+
+def _outline(page: Mask, rows: slice) -> Mask:
+    """Mark the outermost pixels of a page (h, w) in a slice of its rows."""
+    first = max(rows.start - 1, 0)
+    near = page[first : rows.stop + 1].view(np.uint8)
+    inner = cv2.erode(near, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0).view(bool)
+    return np.asarray(page[rows] & ~inner[rows.start - first :][: rows.stop - rows.start])
 
 
 def cut_findings(share: float) -> list[Finding]:
@@ -181,5 +209,9 @@ def _across_mm(places: Mask, dpi: float) -> float:
     """The diameter in mm of the largest circle within places (h, w) of a page."""
     if not places.any():
         return 0.0
-    padded = np.pad(places, 1).astype(np.uint8)
-    return 2.0 * float(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi
+    step = max(1, int(dpi / WIDTH_DPI))
+    rows, cols = (max(1, size // step) for size in places.shape)
+    # A block counts where all of it does: lines of any length are not an area.
+    blocks = places[: rows * step, : cols * step].reshape(rows, -1, cols, min(step, places.shape[1])).all(axis=(1, 3))
+    padded = np.pad(blocks, 1).astype(np.uint8)
+    return 2.0 * float(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH * step / dpi

@@ -18,8 +18,11 @@ STROKE_MM = 2.5  # of a title; those of running text are half a millimetre
 
 def blank_hidden(image: Bytes, coverage: Coverage) -> Bytes:
     """The page (h, w, 3) with hidden pixels white, as off the page."""
+    hidden = coverage.seen == CoverageClass.OCCLUDED
+    if not hidden.any():
+        return image
     blanked = image.copy()
-    blanked[coverage.seen == CoverageClass.OCCLUDED] = PAPER
+    blanked[hidden] = PAPER
     return blanked
 
 

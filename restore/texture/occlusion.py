@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
@@ -12,8 +14,9 @@ from restore.mesh.measures import face_normals, signed_areas
 from restore.mesh.raster import rasterise
 from restore.numerics.limits import TINY
 from restore.page import FlatMesh
-from restore.scan import Floats, Mask
-from restore.texture.page import crop_or_pad, page_map, rasterise_on_page
+from restore.runtime.threads import in_picture_bands
+from restore.scan import Floats, Ints, Mask
+from restore.texture.page import rasterise_on_page
 
 # A surface nearer on the same line of sight occludes by at least this much: more than noise and half a face's depth.
 OCCLUSION_MARGIN_MM = 3.0
@@ -76,23 +79,29 @@ def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi:
     height, width = fine.texture.shape[:2]
     depth = distance - distance.min()  # single precision holds it, also from far away
     nearest_depth = rasterise(fine.texcoords, fine.faces, depth[:, None], height, width, 1.0 / distance)[..., 0]
-    on_page = rasterise_on_page(fine, np.column_stack([fine.texcoords, depth]), shape, dpi)
-    front_depth = cv2.remap(
-        np.where(np.isnan(nearest_depth), np.float32(np.inf), nearest_depth),
-        np.ascontiguousarray(on_page[..., 0]),
-        np.ascontiguousarray(on_page[..., 1]),
-        cv2.INTER_NEAREST,
-        borderMode=cv2.BORDER_CONSTANT,
-        borderValue=float("inf"),
-    )
+    front = np.where(np.isnan(nearest_depth), np.float32(np.inf), nearest_depth)
     margin = max(OCCLUSION_MARGIN_MM, OCCLUSION_MARGIN_SHARE * float(depth.max()))
-    hidden = on_page[..., 2] - front_depth > margin
-    if not turned_away.any():
-        return np.asarray(hidden)
-    corner_flags = np.repeat(turned_away.astype(np.float64)[:, None], 3, axis=0)
-    corners = np.arange(3 * len(fine.faces)).reshape(-1, 3)
-    flags = page_map(fine.flat[fine.faces].reshape(-1, 2), corners, corner_flags, dpi)
-    return np.asarray(hidden | (crop_or_pad(flags, shape)[..., 0] > 0.5))
+    corners = _corners_alone(fine) if turned_away.any() else None
+    flags = np.repeat(turned_away.astype(np.float64)[:, None], 3, axis=0)
+    values = np.column_stack([fine.texcoords, depth])
+    hidden = np.empty(shape[:2], bool)
+
+    def find(rows: slice) -> None:
+        on_page = rasterise_on_page(fine, values, shape, dpi, rows)
+        x, y = (np.ascontiguousarray(on_page[..., k]) for k in (0, 1))
+        at = cv2.remap(front, x, y, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=float("inf"))
+        hidden[rows] = on_page[..., 2] - at > margin
+        if corners is not None:
+            hidden[rows] |= rasterise_on_page(corners, flags, shape, dpi, rows)[..., 0] > 0.5
+
+    in_picture_bands(find, *hidden.shape)
+    return hidden
+
+
+def _corners_alone(fine: FlatMesh) -> FlatMesh:
+    """The flat mesh with three vertices for each face, which no other face has."""
+    faces: Ints = np.arange(3 * len(fine.faces)).reshape(-1, 3)
+    return replace(fine, faces=faces, flat=fine.flat[fine.faces].reshape(-1, 2))
 
 
 def _turned_away(fine: FlatMesh, camera_centre: Floats) -> Mask:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil, floor, sqrt
-from typing import Any
 
 import cv2
 import numpy as np
@@ -18,7 +17,7 @@ from restore.mesh.measures import signed_areas, vertex_normals
 from restore.mesh.raster import rasterise
 from restore.numerics.limits import TINY
 from restore.page import FlatMesh
-from restore.runtime.threads import in_bands, in_threads
+from restore.runtime.threads import in_picture_bands
 from restore.scan import Bytes, Floats, Ints, Mask
 from restore.texture.resolution import Resolution, print_or_outline_mtf50
 from restore.texture.sampling import sample_scaled
@@ -27,14 +26,44 @@ MM_PER_INCH = 25.4
 PAPER = 255  # outside the page: white, as a copier leaves it
 OVERSAMPLING_TOLERANCE = 0.05  # a source finer than the page by so small a share is sampled once for each pixel
 LIGHT_DIRECTION = np.array([-0.4, 0.4, 0.825])  # a unit vector
-MAX_PIXELS = 400_000_000  # a page map of 3 GB; a larger page is an error in units or dpi
+MAX_PIXELS = 400_000_000  # a larger page is an error in units or dpi
+KEPT_PIXELS = 2**24  # of a page whose map is kept, 128 MB; that of a larger one is drawn again where it is needed
 
 PageMap = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
+class SourceMap:
+    """The texture pixel that each pixel of a page shows, NaN off the page.
+
+    shape  (h, w) of the page.
+    rows   gives (rows, w, 2) float32 of a slice of its rows.
+    """
+
+    shape: tuple[int, int]
+    rows: Callable[[slice], PageMap]
+
+    @classmethod
+    def of(cls, kept: PageMap) -> SourceMap:
+        """That of a map (h, w, 2) that is kept."""
+        return cls((kept.shape[0], kept.shape[1]), lambda rows: kept[rows])
+
+    def whole(self) -> PageMap:
+        """Return all of it, (h, w, 2)."""
+        return self.rows(slice(0, self.shape[0]))
+
+    def without(self, holes: Mask) -> SourceMap:
+        """The same with holes (h, w) in the page."""
+
+        def rows(of: slice) -> PageMap:
+            return np.where(holes[of][..., None], np.float32(np.nan), self.rows(of))
+
+        return replace(self, rows=rows)
+
+
+@dataclass(frozen=True, eq=False)
 class Painting:
-    """A painted page: image (h, w, 3) uint8, mask (h, w), source (h, w, 2) texture pixels, and the source's resolution.
+    """A painted page: image (h, w, 3) uint8, mask (h, w), source of its pixels, and the source's resolution.
 
     page_source (h, w) uint8 is the index of the picture that these are pixels of. covered (h, w) is True where
     something covers the page in a photograph. Both are None with the texture alone.
@@ -42,7 +71,7 @@ class Painting:
 
     image: Bytes
     mask: Mask
-    source: PageMap
+    source: SourceMap
     resolution: Resolution
     page_source: Bytes | None = None
     covered: Mask | None = None
@@ -52,25 +81,52 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
     """Paint the texture of a flat page at `dpi`; a page without texture shows the relief of its surface."""
     if page.texture is None or page.texcoords is None:
         return _paint_relief(page, dpi)
-    tasks: tuple[Callable[[], Any], ...] = (partial(_paint_texture, page, dpi), partial(texture_mtf50, page))
-    (image, mask, source, ppi), mtf50 = in_threads(lambda task: task(), tasks)
+    image, mask, source, ppi = _paint_texture(page, dpi)
+    mtf50 = texture_mtf50(page)
     finer = float(page.provenance.get("oversampling", 1.0))  # than the picture that it was painted from
     return Painting(image, mask, source, Resolution(ppi / finer, None if mtf50 is None else finer * mtf50))
 
 
-def _paint_texture(page: FlatMesh, dpi: float) -> tuple[Bytes, Mask, PageMap, float]:
+def _paint_texture(page: FlatMesh, dpi: float) -> tuple[Bytes, Mask, SourceMap, float]:
     """The texture painted on a flat page at `dpi`: image, mask and source as in `Painting`, pixels per inch."""
     assert page.texture is not None and page.texcoords is not None
     ppi = sampling_ppi(page.flat, page.faces, page.texcoords)
     # A page coarser than its source is oversampled and block-averaged, so that no texture pixel is skipped.
     factor = max(1, ceil(ppi / dpi - OVERSAMPLING_TOLERANCE))
-    source = page_map(page.flat, page.faces, page.texcoords, dpi, oversampling=factor)
-    texture = extend_edge_colours(page.texture, page.texcoords, page.faces, mixed_pixels=_mixed_edge_pixels(page))
-    image, mask = sample(texture, source), np.isfinite(source[..., 0])
-    if factor > 1:
-        middle = slice(factor // 2, None, factor)
-        image, mask, source = _block_average(image, factor), mask[middle, middle], source[middle, middle]
-    return image, mask, source, ppi
+    width, height = picture_size(page.flat, dpi)
+    drawn = partial(_source_rows, page, dpi, factor)
+    kept = np.empty((height, width, 2), np.float32) if height * width <= KEPT_PIXELS else None
+    mixed = _mixed_edge_pixels(page)
+    texture = np.ascontiguousarray(extend_edge_colours(page.texture, page.texcoords, page.faces, mixed_pixels=mixed))
+    image, mask, middle = np.empty((height, width, 3), np.uint8), np.empty((height, width), bool), factor // 2
+
+    def paint_band(rows: slice) -> None:
+        fine_rows = slice(rows.start * factor, rows.stop * factor)
+        first, end = max(fine_rows.start - 1, 0), min(fine_rows.stop + 1, height * factor)
+        source = drawn(slice(first, end))
+        own = slice(fine_rows.start - first, fine_rows.stop - first)
+        painted, source = sample(texture, source, own), source[own]
+        image[rows] = painted if factor == 1 else _block_average(painted, factor)
+        source = source[middle::factor, middle::factor]
+        mask[rows] = np.isfinite(source[..., 0])
+        if kept is not None:
+            kept[rows] = source
+
+    in_picture_bands(paint_band, height, width * factor**2)
+
+    def draw_again(rows: slice) -> PageMap:
+        return drawn(slice(rows.start * factor, rows.stop * factor))[middle::factor, middle::factor]
+
+    return image, mask, SourceMap((height, width), draw_again) if kept is None else SourceMap.of(kept), ppi
+
+
+def _source_rows(page: FlatMesh, dpi: float, factor: int, rows: slice) -> PageMap:
+    """Draw texture pixels (rows, w, 2) of a page with finer pixels.
+
+    factor: by which the sides of its pixels are divided.
+    """
+    assert page.texcoords is not None
+    return page_map(page.flat, page.faces, page.texcoords, dpi, oversampling=factor, rows=rows)
 
 
 def texture_mtf50(page: FlatMesh) -> float | None:
@@ -104,18 +160,25 @@ def picture_size(flat: Floats, dpi: float, *, oversampling: int = 1) -> tuple[in
     return width, height
 
 
-def page_map(flat: Floats, faces: Ints, values: Floats, dpi: float, *, oversampling: int = 1) -> PageMap:
+def page_map(
+    flat: Floats, faces: Ints, values: Floats, dpi: float, *, oversampling: int = 1, rows: slice | None = None
+) -> PageMap:
     """(h, w, k) float32: values (n, k) of the vertices, such as texture pixels, interpolated, NaN off the page.
 
     flat (n, 2) mm with y up, faces (m, 3). Pixel (row, col) of the page has its centre (col + ½, row + ½) pixels from
     the upper left corner of the page's bounding box. The picture ends with the last pixels whose centres are on the
-    page; `oversampling` divides the side of each of them.
+    page; `oversampling` divides the side of each of them. rows: a slice of them, all by default.
     Raises BadInput when the page would be too large for any memory.
     """
     width, height = picture_size(flat, dpi, oversampling=oversampling)
+    rows = slice(0, height) if rows is None else rows
+    return _drawn(flat, faces, values, dpi * oversampling, rows, width)
+
+
+def _drawn(flat: Floats, faces: Ints, values: Floats, dpi: float, rows: slice, width: int) -> PageMap:
     corner = np.array([flat[:, 0].min(), flat[:, 1].max()])
-    page = (flat - corner) * (np.array([1.0, -1.0]) * dpi * oversampling / MM_PER_INCH) - 0.5
-    picture: PageMap = rasterise(page, faces, values, height, width)
+    page = (flat - corner) * (np.array([1.0, -1.0]) * dpi / MM_PER_INCH) - 0.5
+    picture: PageMap = rasterise(page, faces, values, rows.stop - rows.start, width, first=rows.start)
     return picture
 
 
@@ -161,7 +224,7 @@ def _paint_relief(page: FlatMesh, dpi: float) -> Painting:
     grey = page_map(page.flat, page.faces, PAPER * np.abs(normals @ LIGHT_DIRECTION)[:, None], dpi)
     image = np.where(np.isfinite(grey), grey, PAPER).astype(np.uint8).repeat(3, axis=2)
     no_source = np.full((*grey.shape[:2], 2), np.nan, np.float32)
-    return Painting(image, np.isfinite(grey[..., 0]), no_source, Resolution(0.0))
+    return Painting(image, np.isfinite(grey[..., 0]), SourceMap.of(no_source), Resolution(0.0))
 
 
 def _block_average(image: Bytes, factor: int) -> Bytes:
@@ -171,29 +234,32 @@ def _block_average(image: Bytes, factor: int) -> Bytes:
     return smaller
 
 
-def sample(texture: Bytes, source: PageMap) -> Bytes:
-    """(rows, cols, 3) the texture (h, w, 3) at positions (rows, cols, 2), rounded; white where they are NaN."""
-    texture, image = np.ascontiguousarray(texture), np.empty((*source.shape[:2], 3), np.uint8)
+def sample(texture: Bytes, source: PageMap, rows: slice | None = None) -> Bytes:
+    """(h, w, 3) the texture at positions (h, w, 2), rounded; white where they are NaN.
 
-    def sample_band(rows: slice) -> None:
-        first = max(rows.start - 1, 0)  # the width of the kernel is that of the step to the neighbouring rows
-        codes = sample_scaled(texture, source[first : rows.stop + 1])[rows.start - first : rows.stop - first]
-        codes[np.isnan(source[rows, :, 0])] = PAPER
-        image[rows] = codes + np.float32(0.5)
+    rows: those that are wanted; the kernel is as wide as the step to the rows next to them.
+    """
+    rows = slice(0, len(source)) if rows is None else rows
+    image = np.empty((rows.stop - rows.start, source.shape[1], 3), np.uint8)
+    texture = np.ascontiguousarray(texture)
 
-    in_bands(sample_band, len(source))
+    def sample_band(band: slice) -> None:
+        start, stop = rows.start + band.start, rows.start + band.stop
+        first = max(start - 1, 0)
+        codes = sample_scaled(texture, source[first : stop + 1])[start - first : stop - first]
+        codes[np.isnan(source[start:stop, :, 0])] = PAPER
+        image[band] = codes + np.float32(0.5)
+
+    in_picture_bands(sample_band, *image.shape[:2])
     return image
 
 
-def rasterise_on_page(fine: FlatMesh, values: Floats, shape: tuple[int, ...], dpi: float) -> NDArray[np.float32]:
-    """(h, w, k) float32: values (n, k) of the vertices at the pixels of a page of a shape (h, w), NaN outside."""
-    return crop_or_pad(page_map(fine.flat, fine.faces, values, dpi), shape)
+def rasterise_on_page(
+    fine: FlatMesh, values: Floats, shape: tuple[int, ...], dpi: float, rows: slice | None = None
+) -> NDArray[np.float32]:
+    """(h, w, k) float32: values (n, k) of the vertices at the pixels of a page of a shape (h, w), NaN outside.
 
-
-def crop_or_pad(field: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """A field (h, w, k) cropped or padded with NaN to a shape (h, w), which may have been rounded otherwise."""
-    if field.shape[:2] == shape:
-        return field
-    more = [(0, max(0, wanted - size)) for wanted, size in zip(shape, field.shape, strict=False)]
-    full = np.pad(field, [*more, (0, 0)], constant_values=np.nan)
-    return np.ascontiguousarray(full[: shape[0], : shape[1]])
+    rows: a slice of them, all by default.
+    """
+    rows = slice(0, shape[0]) if rows is None else rows
+    return _drawn(fine.flat, fine.faces, values, dpi, rows, shape[1])

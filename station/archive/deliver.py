@@ -175,8 +175,9 @@ def _mesh(volume: Volume, source: Source | None) -> Iterator[tuple[str, Content]
         if source is None or original is None or original.name in done:
             continue
         done.add(original.name)
-        (sheet, *_) = select_sheets(source(page), Sheets.LARGEST)
-        for name, data in encode_sheet(surface_of(sheet.scan), f"{page.number:04}"):
+        (found, *_) = select_sheets(source(page), Sheets.LARGEST)
+        area = None if found.sheet is None else found.sheet.area  # without the table below it
+        for name, data in encode_sheet(surface_of(found.scan, area), f"{page.number:04}"):
             yield name, _written(data)
 
 

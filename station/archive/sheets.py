@@ -13,7 +13,7 @@ import trimesh
 from PIL import Image
 
 from restore import RangeScan, SurfaceMesh
-from restore.scan import Bytes, Floats, Ints
+from restore.scan import Bytes, Floats, Ints, Mask
 from station.export.mesh import encode_material, encode_warped, unit_square
 from station.images.png import encode_png
 
@@ -69,15 +69,16 @@ def encode_ply(mesh: SurfaceMesh) -> bytes:
     return out.getvalue()
 
 
-def surface_of(scan: RangeScan | SurfaceMesh) -> SurfaceMesh:
+def surface_of(scan: RangeScan | SurfaceMesh, within: Mask | None = None) -> SurfaceMesh:
     """Return the surface of a scan.
 
     Of a range grid the triangles between neighbouring samples, where all were measured. A cell with four samples is cut
     along its shorter diagonal.
+    within: (rows, cols), the samples that count; all of them when None.
     """
     if isinstance(scan, SurfaceMesh):
         return scan
-    measured = scan.measured
+    measured = scan.measured if within is None else scan.measured & within
     index = np.full(measured.shape, -1, np.int64)
     index[measured] = np.arange(int(measured.sum()))
     faces = _triangles(scan.points, index)

@@ -70,14 +70,15 @@ def find_scans(folder: Path, listing: Listing, kept: Kept | None = None) -> Iter
     """
     pairing = Pairing(folder, kept)
     pairing.update(listing)
-    names: dict[Path, set[str]] = {}
+    names: dict[str, set[str]] = {}
     for path in listing:
-        names.setdefault(path.parent, set()).add(path.name)
-    inside = {parent for parent, files in names.items() if files >= SCAN_FOLDER and parent != Path()}
-    sources = [path for path in listing if is_scan(path) and path.parent not in inside]
+        place, _, name = str(path).rpartition("/")
+        names.setdefault(place, set()).add(name)
+    inside = {Path(place) for place, files in names.items() if place and files >= SCAN_FOLDER}
+    sources = [path for path in listing if is_scan(path) and (not inside or path.parent not in inside)]
     for source in sorted([*sources, *inside]):
         if source in inside:
-            files = {path: listing[path] for path in (source / name for name in sorted(names[source]))}
+            files = {path: listing[path] for path in (source / name for name in sorted(names[str(source)]))}
             yield Arrival.of_folder(folder, source, files)
         else:
             try:

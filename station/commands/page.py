@@ -55,27 +55,7 @@ def scan(
             outcome = scan_page(station, destination, options, shots=shots or 1, progress=progress)
         else:
             outcome = scan_views(station, destination, options, turns=views, progress=progress)
-    _print_report(outcome, run)
-
-
-@grouped
-def demo(
-    output: Out, run: Run, book: Annotated[bool, typer.Option("--book", help="An opened book: two leaves.")] = False
-) -> None:
-    """Scan and restore a simulated page; needs no hardware."""
-    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
-        from station.choices import Layout
-        from station.config import BOOK, DEMONSTRATION, load_config
-        from station.run.destination import Destination
-        from station.run.one_page import scan_page
-
-        layout = Layout.AUTO if book else Layout.SINGLE
-        turned = {"rotate": run.rotate, "allow_distorted": run.allow_distorted}
-        options = run_options("demo", Kinds(review=True), Restoration(), layout=layout, **turned)
-        outcome = scan_page(
-            load_config(BOOK if book else DEMONSTRATION), Destination(output, run.force), options, progress=progress
-        )
-    _print_report(outcome, run)
+    print_report(outcome, run)
 
 
 @grouped
@@ -93,7 +73,7 @@ def merge(
             "merge", Kinds(review=True), Restoration(), rotate=run.rotate, allow_distorted=run.allow_distorted
         )
         outcome = merge_files(views, Destination(output, run.force), options, progress=progress)
-    _print_report(outcome, run)
+    print_report(outcome, run)
 
 
 @grouped
@@ -130,7 +110,7 @@ def restore(
             shots=pictures.extra_scan,
             progress=progress,
         )
-    _print_report(outcome, run)
+    print_report(outcome, run)
 
 
 @grouped
@@ -162,10 +142,10 @@ def photos(
             "photos", kinds, chosen, scale=scale, rotate=run.rotate, allow_distorted=run.allow_distorted
         )
         outcome = photographed_page(pictures, Destination(output, run.force), options, progress=progress)
-    _print_report(outcome, run)
+    print_report(outcome, run)
 
 
-def _print_report(outcome: Outcome, run: Run) -> None:
+def print_report(outcome: Outcome, run: Run) -> None:
     """Print the report of a run, as JSON or as a summary."""
     from station.export.report import encode_report, left_out, summary
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
@@ -37,7 +36,7 @@ MAX_REFERENCES = 64
 
 def is_scan(path: Path) -> bool:
     """Whether a name is that of a scan file."""
-    return path.name.lower().endswith(SCAN_SUFFIXES)
+    return str(path).lower().endswith(SCAN_SUFFIXES)
 
 
 @dataclass(frozen=True)
@@ -79,8 +78,7 @@ class Pairing:
         self._listing = listing
         self._by_name = {str(path): path for path in listing}
         self._by_lower_case = {name.lower(): path for name, path in self._by_name.items()}
-        for name in [name for name in self._kept.contents if name not in self._by_name]:
-            del self._kept.contents[name]
+        self._kept.forget_others(self._by_name)
 
     def companions(self, source: Path) -> Companions:
         """The companions of a listed scan. Raises OSError when a file cannot be read.
@@ -103,8 +101,8 @@ class Pairing:
         """
         for name in self._content(source).names:
             path = self._lookup(source, name)
-            yield str(PurePosixPath(name)), path
-            if path is not None and path.suffix.lower() == ".mtl" and path not in seen:
+            yield (name if _is_plain(name) else str(PurePosixPath(name))), path
+            if path is not None and str(path).lower().endswith(".mtl") and path not in seen:
                 seen.add(path)
                 yield from self._named(path, seen)
 
@@ -114,13 +112,12 @@ class Pairing:
             return _Content(coloured=suffix == SELF_CONTAINED)
         if stamp.size > MAX_FILE_BYTES:  # which its reader refuses
             return _Content()
-        known = self._kept.contents.get(str(path))
-        if known is None or known[0] != stamp:
+        known = self._kept.content(str(path), stamp)
+        if known is None:
             found = _read(self._folder / path, suffix)
-            self._kept.contents[str(path)] = stamp, found.names, found.coloured
-            self._kept.changed = True
+            self._kept.keep(str(path), stamp, found.names, found.coloured)
             return found
-        return _Content(*known[1:])
+        return _Content(*known)
 
     def _lookup(self, source: Path, name: str) -> Path | None:
         """Return the listed file that a name in a file means.
@@ -145,7 +142,9 @@ def stem_of_name(name: str) -> str:
 
     As `scan_stem` has it, and without a look at the disk.
     """
-    return PurePosixPath(name[:-3] if name.lower().endswith(".abs.gz") else name).stem
+    name = name[:-3] if name.lower().endswith(".abs.gz") else name
+    point = name.rfind(".")
+    return name[:point] if 0 < point < len(name) - 1 else name
 
 
 def beside(path: Path, name: str) -> str:
@@ -154,9 +153,15 @@ def beside(path: Path, name: str) -> str:
     return place[: len(place) - len(path.name)] + name
 
 
-@lru_cache(1024)
+def _is_plain(name: str) -> bool:
+    """Return whether a name is that of a file, without a folder."""
+    return "/" not in name and name not in ("", ".", "..")
+
+
 def _inside(name: str) -> str | None:
     """A relative path without detours; None for one that leads out of its folder."""
+    if _is_plain(name):
+        return name
     parts = PurePosixPath(name).parts
     return None if not parts or ".." in parts or parts[0] == "/" else "/".join(parts)
 

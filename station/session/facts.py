@@ -15,6 +15,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, 
 
 from station.session.events import VOLUME, Event
 from station.session.history import CAPTURE, History
+from station.session.labelling import LABELS, LEAF_ORDER, MISSING_LEAVES, RUNS
 from station.session.presets import Preset, changed_preset
 from station.session.rules import EDITS, RULES, RULES_TABLE, EditsTable
 from station.session.volume import Volume, volume_of_facts
@@ -63,6 +64,12 @@ class Captured(_Facts):
     provenance: dict[str, Any] = {}
 
 
+class Stage(_Facts):
+    """Facts of a stage."""
+
+    parameters: dict[str, Any] = {}
+
+
 _numbers: Any = dict.fromkeys(WORSE, (Number | None, None))
 Measures = create_model(
     "Measures", __base__=_Facts, fingerprint=(Annotated[str, AfterValidator(_fingerprint)], ...), **_numbers
@@ -107,6 +114,10 @@ VALUES: Mapping[str, TypeAdapter[Any]] = {
     SETTINGS: TypeAdapter(dict[str, dict[str, Any]]),
     EDITS: TypeAdapter(EditsTable),
     RULES: RULES_TABLE,
+    **{name: TypeAdapter(bool) for name in ("left_out", "left_out_left", "left_out_right")},
+    "order": LEAF_ORDER,
+    "missing": MISSING_LEAVES,
+    LABELS: RUNS,
 }
 
 
@@ -121,6 +132,7 @@ def check_facts(history: History) -> None:
             elif event.kind == "capture":
                 Captured.model_validate(dict(event.facts))
             elif event.kind == "stage" and event.name in RESULTS:
+                Stage.model_validate(dict(event.facts))
                 RESULTS[event.name].model_validate(event.facts.get("result"))
             elif event.kind == "decision" and event.name in VALUES:
                 value = VALUES[event.name].validate_python(event.facts.get("value"), strict=True)

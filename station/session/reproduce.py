@@ -91,7 +91,7 @@ def _restore(session: Session, event: Event, folder: Path) -> Run:
 
 
 def _parameters(event: Event) -> Mapping[str, Any]:
-    parameters: Mapping[str, Any] = event.facts["parameters"]
+    parameters: Mapping[str, Any] = event.facts.get("parameters", {})
     return parameters
 
 

@@ -298,7 +298,8 @@ def test_a_relief_without_colour_keeps_its_shading():
 @pytest.mark.slow
 def test_the_report_has_the_cut_of_the_page_that_its_maps_show():
     scan, restored = shot("curl")[0], page("curl")
-    cut = cropped_fraction(restored.coverage != CoverageClass.OUTSIDE, restored.page_map, scan.texture.shape[:2])
+    shown, source = restored.coverage != CoverageClass.OUTSIDE, restored.page_map
+    cut = cropped_fraction(shown, source.__getitem__, scan.texture.shape[:2])
     assert restored.report["coverage"]["cropped_fraction"] == cut < 0.01
     narrow = replace(scan, points=scan.points[:, 200:], texture_xy=scan.texture_xy[:, 200:] - [200.0, 0.0])
     narrow = replace(narrow, texture=scan.texture[:, 200:])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -25,6 +25,7 @@ ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the lase
 SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the image"
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
 MAX_TOUCHING = 0.04  # of a page's outline on a table of its own colour: the corners of one that is flat elsewhere
+MAX_UNCONNECTED = 0.01  # of a sheet's samples, in pieces that do not connect to it: noise and specks have a tenth of it
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
 SPECK = 2  # samples: anything narrower is noise; in the row that an edge runs along some are counted as the sheet's
 MAX_LOST = CLOSING_DIAMETER - 1  # samples in a row that a sheet goes on over: the outline is closed over as many
@@ -81,10 +82,23 @@ def segment(scan: RangeScan, rays: Rays, samples: Mask, *, lost: Mask | None = N
 def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
     """The scan with the largest connected surface off the table as its sheet.
 
+    Its findings name others that could be pages, or how much is in smaller pieces: of dark ink or a steep part a weak
+    laser measures nothing, and what lies beyond, at the edge of the picture, does not connect to the page.
     Raises NotEnoughSurface when no connected surface is large enough to be a page.
     """
     scan, table = _find_table(scan)
-    return replace(largest_surface(scan, rays, scan.measured & ~table), table=table)
+    samples = scan.measured & ~table
+    sheet = replace(largest_surface(scan, rays, samples), table=table)
+    if len(sheet.scan.findings) > len(scan.findings):  # it names others already
+        return sheet
+    return replace(sheet, scan=with_findings(sheet.scan, *_unconnected(samples, [sheet])))
+
+
+def _unconnected(samples: Mask, sheets: Sequence[SegmentedScan]) -> list[Finding]:
+    """Return a finding where samples (rows, cols) connect to no sheet."""
+    rest = samples & ~np.any([sheet.inside for sheet in sheets], axis=0)
+    fraction = float(rest.sum() / sum(sheet.samples.sum() for sheet in sheets))
+    return [Finding.of("unconnected", fraction)] if fraction > MAX_UNCONNECTED else []
 
 
 def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
@@ -119,7 +133,9 @@ def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
     large = np.flatnonzero(sizes >= MIN_SHARE * labels.size)
     pieces = [replace(_labelled(scan, rays, samples, labels == label), table=table) for label in large]
-    return [piece for piece in pieces if piece.share >= MIN_SHARE]
+    pieces = [piece for piece in pieces if piece.share >= MIN_SHARE]
+    said = _unconnected(samples, pieces) if pieces else []
+    return [replace(piece, scan=with_findings(piece.scan, *said)) for piece in pieces]
 
 
 def _labelled(scan: RangeScan, rays: Rays, samples: Mask, surface: Mask) -> SegmentedScan:

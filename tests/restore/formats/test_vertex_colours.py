@@ -53,6 +53,42 @@ def write(path, vertices, faces, colours):
 
 
 @pytest.mark.parametrize(
+    "line",
+    [
+        "v {x} {y} {z} {r} {g} {b}",
+        "v {x} {y} {z} {r} {g} {b} 1.0",
+        "v {x} {y} {z} {r} {g} {b} 0.5",
+        "v {x} {y} {z} 1.0 {r} {g} {b}",
+        "v {x} {y} {z} 1 {r} {g} {b}",
+    ],
+)
+def test_colours_of_an_obj_are_read_before_an_opacity_and_behind_a_weight(tmp_path, line):
+    picture = np.unique(load_scan(write_obj(tmp_path, line, [(255, 0, 51)] * 6 + [(0, 204, 102)] * 6)).texture)
+    assert {0, 51, 102, 204, 255} <= set(picture.tolist())
+    assert picture.max() == 255
+
+
+def test_colours_of_an_obj_that_could_be_read_in_two_ways_are_not_used(tmp_path):
+    path = write_obj(tmp_path, "v {x} {y} {z} {r} {g} {b} 1.0", [(255, 0, 51)] * 6 + [(255, 204, 51)] * 6)
+    mesh = load_scan(path)
+    assert mesh.texture is None
+    assert [one.code for one in mesh.findings] == ["colours_ambiguous"]
+
+
+def write_obj(tmp_path, line, colours):
+    """A page of 4 × 3 vertices, whose lines are written as asked for, with colours of 0 to 1."""
+    vertices = [(10 * (k % 4), 10 * (k // 4), 0) for k in range(12)]
+    lines = [
+        line.format(x=x, y=y, z=z, r=r / 255, g=g / 255, b=b / 255)
+        for (x, y, z), (r, g, b) in zip(vertices, colours, strict=True)
+    ]
+    lines += ["f {} {} {}".format(*(face + 1)) for face in grid_faces(np.ones((3, 4), bool))]
+    path = tmp_path / "page.obj"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
     ("kind", "names", "scale"),
     [
         ("uchar", ("red", "green", "blue"), 1),

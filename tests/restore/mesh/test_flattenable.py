@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from restore import flatten
 from restore.errors import BadInput
 from restore.flattening.methods import flatten_points
 from restore.mesh.flattenable import refuse_unflattenable
@@ -45,3 +46,33 @@ def test_a_bent_sheet_with_a_hole_is_a_page(warped):
     kept = np.linalg.norm(page.flat[page.mesh.faces].mean(axis=1), axis=1) > 40
     faces = page.mesh.faces[kept]
     refuse_unflattenable(page.mesh.vertices, Topology(faces))
+
+
+@pytest.mark.parametrize(("width", "curl"), [(0.001, 0.0), (0.001, 100.0), (0.02, 100.0)])
+def test_a_strip_without_a_width_is_refused(width, curl):
+    """Its lengths do not determine its form: it would come out as an arc, millimetres high."""
+    with pytest.raises(BadInput, match="too narrow"):
+        flatten(SurfaceMesh(*ribbon(300.0, width, curl)))
+
+
+def test_a_narrow_strip_keeps_its_length_and_its_width():
+    page = flatten(SurfaceMesh(*ribbon(300.0, 0.1, 100.0)))
+    assert np.ptp(page.flat, axis=0) == pytest.approx([300.0, 0.1], abs=0.01)
+
+
+def test_a_piece_without_a_width_does_not_keep_the_page_from_being_flattened():
+    (vertices, faces), (narrow, own) = ribbon(300.0, 20.0, 100.0), ribbon(300.0, 0.001, 0.0)
+    page = flatten(
+        SurfaceMesh(np.vstack([vertices, narrow + [0, 40, 0]]), np.concatenate([faces, own + len(vertices)]))
+    )
+    assert np.ptp(page.flat[: len(vertices)], axis=0) == pytest.approx([300.0, 20.0], abs=0.1)
+
+
+def ribbon(length, width, curl, count=200):
+    """A strip of a length and a width in mm, bent along it to a cylinder of radius `curl`, or flat where that is 0."""
+    along = np.linspace(0.0, length, count)
+    x, z = (curl * np.sin(along / curl), curl * (1 - np.cos(along / curl))) if curl else (along, 0.0 * along)
+    vertices = np.concatenate([np.stack([x, np.full(count, y), z], axis=1) for y in (0.0, width)])
+    number = np.arange(2 * count).reshape(2, count)
+    a, b, c, d = number[0, :-1], number[0, 1:], number[1, 1:], number[1, :-1]
+    return vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])

@@ -172,3 +172,29 @@ def test_the_bands_that_a_picture_is_drawn_in_do_not_show(monkeypatch, height, b
 
 def test_the_tolerance_at_edges_is_below_one_colour_level():
     assert EDGE_TOLERANCE < 1 / 255
+
+
+@settings(deadline=None)  # the first run compiles
+@given(st.integers(0, 10**6), st.sampled_from([1.0, 1e-3, 1e-7, 1e-12]))
+def test_bounds_of_a_row_leave_out_no_pixel_of_a_triangle(seed, flatness):
+    """Also of slivers that lie nearly along a row: the test of each pixel is repeated here without bounds."""
+    rng = np.random.default_rng(seed)
+    corners = rng.uniform(-10.0, 60.0, (3, 2)) * [1.0, flatness] + [0.0, rng.integers(0, HEIGHT)]
+    (ax, ay), (ux, uy), (vx, vy) = corners[0], corners[1] - corners[0], corners[2] - corners[0]
+    area = ux * vy - uy * vx
+    assume(abs(area) >= EDGE_TOLERANCE)
+    x, y = centres()[..., 0] - ax, centres()[..., 1] - ay
+    u, v = (x * vy - y * vx) / area, (ux * y - uy * x) / area
+    inside = (u >= -EDGE_TOLERANCE) & (v >= -EDGE_TOLERANCE) & (u + v <= 1 + EDGE_TOLERANCE)
+    rows, cols = centres()[..., 1], centres()[..., 0]
+    inside &= (rows >= corners[:, 1].min()) & (rows <= corners[:, 1].max())
+    inside &= (cols >= corners[:, 0].min()) & (cols <= corners[:, 0].max())
+    drawn = rasterise(corners, np.array([[0, 1, 2]]), affine(corners), HEIGHT, WIDTH)
+    np.testing.assert_array_equal(np.isfinite(drawn[..., 0]), inside)
+
+
+def test_rows_from_a_first_one_on_are_those_of_the_whole():
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    whole = rasterise(SQUARE, faces, affine(SQUARE), HEIGHT, WIDTH)
+    part = rasterise(SQUARE, faces, affine(SQUARE), 20, WIDTH, first=11)
+    np.testing.assert_array_equal(part, whole[11:31])

@@ -163,11 +163,11 @@ def test_the_share_of_the_outline_at_the_edge_of_the_picture():
     rows, cols = np.indices((20, 40)).astype(np.float32)
     inside = np.dstack([cols + 100, rows + 100]).astype(np.float32)
     page = np.ones((20, 40), bool)
-    assert cropped_fraction(page, inside, (480, 640)) == 0.0
+    assert cropped_fraction(page, inside.__getitem__, (480, 640)) == 0.0
     cut = np.dstack([cols, rows + 100]).astype(np.float32)  # its left side, 20 of 116 pixels, and the next columns
-    assert cropped_fraction(page, cut, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
+    assert cropped_fraction(page, cut.__getitem__, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
     assert cut_findings(0.0) == []
-    (found,) = cut_findings(cropped_fraction(page, cut, (480, 640)))
+    (found,) = cut_findings(cropped_fraction(page, cut.__getitem__, (480, 640)))
     assert found.text.startswith("22% of the page's outline is at the edge of the image")
 
 
@@ -180,15 +180,17 @@ def test_a_picture_that_mirrors_its_surface_is_told_and_hides_as_much():
     np.testing.assert_array_equal(covered(mirrored)[0].seen, covered(page)[0].seen)
 
 
+@pytest.mark.parametrize("finer", [1, 4])
 @pytest.mark.parametrize(("across_mm", "told"), [(16.0, False), (26.0, True)])
-def test_a_broad_area_without_range_is_told(across_mm, told):
-    """And its width; dots and lines of any length are no area."""
-    seen = np.full((400, 500), CoverageClass.MEASURED, np.uint8)
-    seen[::7] = CoverageClass.INTERPOLATED
-    radius = 0.5 * across_mm * DPI / MM_PER_INCH
+def test_a_broad_area_without_range_is_told(across_mm, told, finer):
+    """And its width, at any resolution; dots and lines of any length are no area."""
+    dpi = DPI * finer
+    seen = np.full((400 * finer, 500 * finer), CoverageClass.MEASURED, np.uint8)
+    seen[:: 3 if finer > 1 else 7] = CoverageClass.INTERPOLATED
+    radius = 0.5 * across_mm * dpi / MM_PER_INCH
     rows, cols = np.indices(seen.shape)
-    seen[np.hypot(rows - 200, cols - 250) < radius] = CoverageClass.INTERPOLATED
-    findings = filled_findings(seen, DPI)
+    seen[np.hypot(rows - 200 * finer, cols - 250 * finer) < radius] = CoverageClass.INTERPOLATED
+    findings = filled_findings(seen, dpi)
     assert len(findings) == told
     if told:
         across = float(findings[0].text.split(" mm across")[0].split()[-1])

@@ -6,9 +6,10 @@ import dataclasses
 import json
 import subprocess
 
+import numpy as np
 import pytest
 
-from restore import BadInput, load_scan
+from restore import BadInput, RangeScan, load_scan
 from station.archive import deliver as delivery
 from station.archive.deliver import deliver
 from station.archive.formats import Format
@@ -142,3 +143,18 @@ def test_an_earlier_export_stays_as_it_is(volume, tmp_path) -> None:
     with pytest.raises(OverwriteError):
         export(volume, "tiff", tmp_path / "out")
     assert names(tmp_path / "out") == {"mine.txt"}
+
+
+def test_meshes_are_without_the_table(volume, tmp_path) -> None:
+    """A page 8 mm above a table, as a scanner sees both."""
+    rows, cols = np.indices((60, 80)).astype(float)
+    page = (np.abs(rows - 30) < 20) & (np.abs(cols - 40) < 25)
+    depth = np.where(page, 592.0, 600.0)
+    directions = np.stack([(cols - 39.5) / 400, (29.5 - rows) / 400, -np.ones_like(rows)], axis=2)
+    colours = np.where(page[..., None], (232, 228, 218), (62, 58, 55)).astype(np.uint8)
+    scan = RangeScan(directions * depth[..., None], colours, np.stack([cols, rows], axis=2), {"device": "stand-in"})
+    deliver(volume, Format.MESH, tmp_path / "out", address=ADDRESS, now=NOW, source=lambda _: scan)
+    mesh = load_scan(tmp_path / "out" / "0001.ply")
+    depths = -np.asarray(getattr(mesh, "vertices", getattr(mesh, "points", None))).reshape(-1, 3)[:, 2]
+    assert np.nanmax(depths) < 596.0
+    assert np.isfinite(depths).sum() == pytest.approx(page.sum(), rel=0.1)

@@ -52,6 +52,14 @@ def test_a_cell_with_a_hole_at_one_corner_keeps_its_other_half(corner) -> None:
     assert len(np.unique(mesh.faces)) == len(mesh.vertices) == ROWS * COLS - 1
 
 
+def test_only_samples_of_the_page_are_in_its_mesh() -> None:
+    within = np.zeros((ROWS, COLS), bool)
+    within[3:8, 4:9] = True
+    mesh = surface_of(curl_scan(), within)
+    assert len(mesh.vertices) == 5 * 5
+    assert len(mesh.faces) == 2 * 4 * 4
+
+
 def test_glb_is_in_metres_with_its_texture(mesh) -> None:
     scene = trimesh.load(io.BytesIO(encode_glb(mesh)), file_type="glb")
     (read,) = scene.geometry.values()

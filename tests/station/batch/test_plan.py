@@ -131,7 +131,16 @@ def test_what_has_not_changed_is_not_looked_at_again(meshes, monkeypatch) -> Non
     assert sorted(plan.scans[0].files) == ["a.mtl", "a.obj"]
 
 
-@pytest.mark.parametrize("damage", [b"", b"{", b'{"contents": 1}', b'{"settled": {"a.obj": [[], "x", [0, 0]]}}'])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        b"",
+        b"{",
+        b"[]",
+        b'{"contents": 1}',
+        b'{"contents": {"a.obj": [1]}, "settled": {"a.obj": null, "b.obj": ""}}',
+    ],
+)
 def test_what_was_kept_may_be_lost_or_damaged(meshes, damage) -> None:
     (meshes / "out" / kept.NAME).write_bytes(damage)
     assert plan_folder(meshes / "in", meshes / "out", RunOptions()).tasks == ()

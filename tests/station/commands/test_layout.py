@@ -58,7 +58,6 @@ EVERYTHING = {"what": "remove", "polygon": [[0, 0], [639, 0], [639, 479], [0, 47
         ('{"layout": "spl', 3, "is not JSON"),
         ('{"version": 99}', 3, "newer Planish"),
         (json.dumps({"scan": "sha512:" + 128 * "0"}), 3, "another scan"),
-        ('{"layout": "whole", "parts": {"left": {}}}', 3, "part 'left'"),
         (json.dumps({"layout": "whole", "parts": {"page": {"masks": [EVERYTHING]}}}), 5, "leave 0.0%"),
     ],
 )
@@ -76,12 +75,6 @@ def test_corrections_that_are_not_a_regular_file_are_refused(book, tmp_path):
     for name in ("pipe.json", "gone.json", "book.scan"):
         command = ["restore", str(book), "-o", str(tmp_path / "out"), "--edits", str(tmp_path / name)]
         assert main(command) == 3
-
-
-@pytest.mark.slow
-def test_the_demonstration_of_a_book_gives_two_leaves(tmp_path):
-    assert main(["demo", "--book", "-o", str(tmp_path / "out")]) == 0
-    assert {"page-left.png", "page-right.png"} <= {path.name for path in (tmp_path / "out").iterdir()}
 
 
 def test_two_leaves_are_two_pages_with_a_report_each(book, tmp_path):

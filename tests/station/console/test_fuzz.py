@@ -14,6 +14,8 @@ import psutil
 import pytest
 from PIL import Image
 
+from station.archive.formats import Format
+from station.console import work
 from station.export.model import encode_arrays
 from station.session import (
     Event,
@@ -32,7 +34,7 @@ from station.verdict.packed import PACKED_BYTES, pack
 from tests.station.conftest import curl_scan
 from tests.station.console.conftest import GatedScanner, StandInRestorer, serving
 
-SHORT, WHOLE = 10, 120  # mutations
+SHORT, PORTION, PORTIONS = 10, 100, 20  # mutations; 2,000 in all
 MEMORY_BYTES = 2**30
 JUNK: tuple[Any, ...] = (
     None,
@@ -51,6 +53,7 @@ JUNK: tuple[Any, ...] = (
     {"a": []},
     "NaN",
 )
+EXPECTED = {"station_error", "restore_error", "os_error"}  # of the session or the disk, none of the program
 READ = (
     "/api/state", "/api/pages", "/api/pages/1", "/api/pages/1/words", "/api/pages/1/edits", "/api/search?q=a",
     "/api/settings", "/api/sessions", "/api/pictures/3/page.dzi", "/api/pictures/3/page/full",
@@ -153,9 +156,13 @@ def _write(folder: Path, events: list[Event]) -> None:
 CHANGES: tuple[Callable[[Path, random.Random], None], ...] = (change_bytes, change_facts)
 
 
-@pytest.mark.parametrize("count", [SHORT, pytest.param(WHOLE, marks=pytest.mark.slow)])
-def test_a_changed_session_is_no_fault_of_the_server(whole, tmp_path, count) -> None:
-    chance = random.Random(count)
+@pytest.mark.parametrize(
+    ("count", "seed"),
+    [(SHORT, 10), *(pytest.param(PORTION, seed, marks=pytest.mark.slow) for seed in range(PORTIONS))],
+)
+def test_a_changed_session_is_no_fault_of_the_server(whole, tmp_path, count, seed) -> None:
+    """It is opened, looked at, verified and exported, by the same calls as the jobs of the server."""
+    chance = random.Random(seed)
     before = psutil.Process().memory_info().rss
     with serving(tmp_path, GatedScanner(curl_scan()), StandInRestorer()) as served, served.client() as browser:
         for number in range(count):
@@ -167,9 +174,15 @@ def test_a_changed_session_is_no_fault_of_the_server(whole, tmp_path, count) -> 
             statuses |= {path: browser.get(path).status_code for path in READ}
             if opened.status_code == 200:
                 statuses["close"] = browser.post("/api/close").status_code
+            for task in ({"kind": "verify"}, {"kind": "export", "format": chance.choice(list(Format)).value}):
+                told = list[dict[str, Any]]()
+                work.run({**task, "session": str(folder), "out": str(tmp_path / "exports" / "volume")}, told.append)
+                reported = EXPECTED & {*told[-1].get("error", {"kinds": EXPECTED})["kinds"]}
+                statuses[task["kind"]] = 200 if reported else 500
             wrong = {path: status for path, status in statuses.items() if status >= 500}
-            assert not wrong, (number, wrong, opened.text)
+            assert not wrong, (number, wrong, opened.text, told[-1])
             assert browser.get("/api/state").json()["session"] is None
             shutil.rmtree(folder)
+            shutil.rmtree(tmp_path / "exports", ignore_errors=True)
         assert psutil.Process().memory_info().rss - before < MEMORY_BYTES
     assert len(read_session(whole).history.events) == 6

@@ -70,6 +70,7 @@ WRONG: dict[str, dict[str, Any]] = {
     "one limit": {"verdict": {"result": {"level": "red", "checks": [CHECK | {"limits": [1.0]}]}}},
     "a value that is text": {"verdict": {"result": {"level": "red", "checks": [CHECK | {"value": "x"}]}}},
     "no result": {"restore": {}},
+    "parameters that are a list": {"restore": {"result": {}, "parameters": [1]}},
     "a result that is a list": {"restore": {"result": [1]}},
     "a size without height": {"restore": {"result": {"page_mm": [120.0]}}},
     "no pixels to an inch": {"restore": {"result": {"dpi": 0.0}}},

@@ -288,6 +288,17 @@ def test_the_hint_for_too_little_surface_follows_from_its_cause(camera, scattere
     assert hint in raised.value.hint
 
 
+@pytest.mark.parametrize(("rows", "codes"), [(1, []), (3, ["unconnected"])])
+def test_what_lies_beyond_a_strip_that_was_not_measured_is_said_to_be_left_out(camera, rows, codes):
+    """A page that fills the picture, with ink along its lower edge that gives no range, and `rows` of paper beyond."""
+    ink = np.zeros(camera.shape, bool)
+    ink[-rows - 20 : -rows] = True
+    scan = without(camera.shot(camera.plane(), on_paper(camera)), ink)
+    for sheet in (find_sheet(scan, camera.rays), *find_pieces(scan, camera.rays)):
+        assert [one.code for one in sheet.scan.findings] == codes
+        assert not sheet.inside[-rows:].any()
+
+
 @pytest.mark.parametrize(("rows", "cols", "share"), [((40, 120), (50, 150), 0.0), ((40, 160), (0, 100), 219 / 436)])
 def test_how_much_of_the_border_is_at_the_edge_of_the_picture(camera, rows, cols, share):
     """Which is where the samples end: the scanner gives none in its last rows and columns."""
