@@ -316,7 +316,10 @@ def _strengths(normal: Floats, right: Floats) -> Floats:
 
 @numba.njit(cache=True)
 def _truncated_rms(terms: Floats, brightness: Floats, weights: Floats, cap: float, doubted: float) -> float:
-    """What is left by the best strengths, each place capped and the doubted ones counting less: root mean square."""
+    """Return the rms residual of the best strengths, each place capped.
+
+    The doubted ones count less.
+    """
     count, size = terms.shape
     strengths = _strengths(*_normal_equations(terms, brightness, weights))
     if size > ROOM and strengths[ROOM:].min() < 0:

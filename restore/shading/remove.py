@@ -54,10 +54,11 @@ class ShadingResult:
 
 @dataclass(frozen=True, eq=False)
 class PageLight:
-    """The light of a page, found once at LIGHT_DPI and divided out at any resolution.
+    """Light of a page, found once at LIGHT_DPI, removed at any resolution.
 
-    report: JSON values. gain (r, c, 3): by what the cells of the page are multiplied, with the steps of its light that
-    are drawn sharper; both are None where the light is kept.
+    report: JSON values.
+    gain: (r, c, 3), factor on the cells of the page, with the steps of its light that are drawn sharper; both are None
+        where the light is kept.
     """
 
     report: dict[str, Any]
@@ -65,7 +66,12 @@ class PageLight:
     steps: Steps | None = None
 
     def removed_from(self, image: Bytes, mask: Mask, dpi: float) -> ShadingResult:
-        """The page (h, w, 3) uint8 at `dpi` without this light; pixels outside mask (h, w) do not change."""
+        """Return a page at `dpi` without this light.
+
+        Pixels outside the mask do not change.
+        image: (h, w, 3) uint8.
+        mask: (h, w).
+        """
         if self.gain is None or self.steps is None:
             return ShadingResult(image, self.report)
         return ShadingResult(divided(image, mask, LIGHT_DPI / dpi, self.gain, self.steps, MAX_GAIN), self.report)
