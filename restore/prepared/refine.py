@@ -75,7 +75,11 @@ def stride_of(inside: Mask) -> int:
 
 
 def lattice_over(sheet: Sheet, stride: int) -> tuple[Floats, Ints]:
-    """Triangulate a sheet so that its border can be moved onto sides: nodes, faces."""
+    """Triangulate a sheet so that its border can be moved onto sides.
+
+    stride: samples from node to node.
+    Returns grid positions (n, 2) and faces (m, 3).
+    """
     return lattice(sheet.inside, stride, BORDER_SNAP)
 
 
