@@ -12,6 +12,7 @@ from station.commands.calibrate import axis, board, calibrate
 from station.commands.capture import capture
 from station.commands.card import card
 from station.commands.compile import compile_command
+from station.commands.corrections import apply, edits, labels, order
 from station.commands.demo import demo
 from station.commands.devices import devices
 from station.commands.doctor import doctor
@@ -93,6 +94,9 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
     "Scanner": {"devices": devices, "query": query, "park": park, "trace": trace},
     "Maintenance": {"compile": compile_command},
 }
+SESSION_COMMANDS: dict[str, Callable[..., None]] = {"edits": edits, "apply": apply, "order": order, "labels": labels}
+for name, command in SESSION_COMMANDS.items():
+    sessions.command(name)(with_verbosity(command))
 for panel, commands in COMMANDS.items():
     for name, command in commands.items():
         app.command(name, rich_help_panel=panel)(with_verbosity(command))

@@ -18,7 +18,7 @@ from station.session import Event as SessionEvent
 from station.session import History, Session, scan_path
 from station.session import Page as SessionPage
 from station.session.corrections import outdated_pages
-from station.session.leaves import Leaf, leaves_of
+from station.session.leaves import Leaf, delivered_leaves
 from station.session.parts import PAGE, RESTORE, part_of_file, parts_of
 from station.session.photographs import is_set
 
@@ -34,6 +34,7 @@ ROLES = {
     ".pdf": Role.PDF,
     "-warped.obj": Role.MESH,
 }
+MISSING = "{} before it is missing"
 SIDES: Mapping[str, Literal["left", "right"]] = {"left": "left", "right": "right"}
 MAX_SCAN_RECORD = 2**20
 CORRECTED = "corrected since it was restored: planish batch restores it"
@@ -51,7 +52,7 @@ def volume_of(session: Session) -> Volume:
     return Volume(
         session.identifier,
         session.volume.title,
-        tuple(_page(session, leaf, outdated) for leaf in leaves_of(session)),
+        tuple(_page(session, leaf, outdated) for leaf in delivered_leaves(session)),
         tuple(_event(event, names, session.history) for event in events),
         datetime.fromisoformat(first.time),
         session.volume.project,
@@ -89,7 +90,7 @@ def _page(session: Session, leaf: Leaf, outdated: Collection[int]) -> Page:
         SIDES.get(leaf.side, ""),
         _provenance(session, leaf.page.capture),
         leaf.name,
-        CORRECTED if leaf.page.number in outdated else "",
+        "; ".join([*([CORRECTED] if leaf.page.number in outdated else []), *map(MISSING.format, leaf.missing)]),
     )
 
 

@@ -106,7 +106,10 @@ class SessionBatch:
         self._writers, self._options = writers, options
 
     def run(self, workers: Workers, show: Show, *, work: Work[SessionDone] = restore_session_page) -> None:
-        """Restore the pages that have no restoration, record and check each. Raises as `run_tasks.run` does."""
+        """Restore the pages without a restoration, record and check each.
+
+        Raises as `run_tasks.run` does.
+        """
         for writer in self._writers.values():
             for page in filter(lacks_verdict, list(writer.history.pages())):  # of a batch that ended in between
                 record_verdict(writer, page.runs[RESTORE])

@@ -112,7 +112,7 @@ def show(session: Named, index: Index = None, as_json: Json = False, debug: Debu
 @with_verbosity
 def recover(session: Named, index: Index = None, debug: Debug = False) -> None:
     """Recover a session after an interrupted run."""
-    with report_faults(debug=debug), _writing(index, session) as writer:
+    with report_faults(debug=debug), writing(index, session) as writer:
         from station.session.overview import overview_lines
 
         print_result("\n".join(overview_lines(writer.session)))
@@ -136,7 +136,7 @@ def add(
 
     The files are copied unchanged.
     """
-    with report_faults(debug=debug), _writing(index, session) as writer:
+    with report_faults(debug=debug), writing(index, session) as writer:
         from station.errors import UsageError
         from station.session.adding import add_original, add_originals
         from station.session.photographs import add_photographs
@@ -175,7 +175,7 @@ def set_(
 
     Every decision can be undone.
     """
-    with report_faults(debug=debug), _writing(index, session) as writer:
+    with report_faults(debug=debug), writing(index, session) as writer:
         from station.errors import UsageError
         from station.session import decide
         from station.session.texts import check_text
@@ -184,7 +184,7 @@ def set_(
             raise UsageError(f"--position: {position} is not a place", "give a number: 3.5 is between 3 and 4")
         capture = writer.history.page(page).capture
         if page and capture is None:
-            raise _no_page(session, page)
+            raise no_page(session, page)
         values = {"label": label, "side": side, "note": note, "position": position, "mark": mark}
         if accept is None and set(values.values()) == {None}:
             raise UsageError("there is nothing to set", "see planish session set --help")
@@ -240,13 +240,13 @@ def _step(
     from station.errors import UsageError
     from station.session.parts import STAGES
 
-    with _writing(index, session) as writer:
+    with writing(index, session) as writer:
         if (page is None) != (stage is None):
             raise UsageError("--page and --stage go together", "name both, or none for the last step of the operator")
         if stage is not None and stage not in STAGES:
             raise UsageError(f"--stage: the stage {stage!r} does not exist", f"the stages are {', '.join(STAGES)}")
         if page is not None and writer.history.page(page).capture is None:
-            raise _no_page(session, page)
+            raise no_page(session, page)
         step = move_run(writer, page, stage) if page and stage else move(writer)
     if step is None:
         print_result(f"nothing to {words[0]}")
@@ -254,7 +254,7 @@ def _step(
         print_result(f"{words[1]}: {step.name} of page {step.page}, event {step.number}")
 
 
-def _no_page(session: str, page: int) -> Exception:
+def no_page(session: str, page: int) -> Exception:
     from station.errors import UsageError
 
     show = shlex.join(["planish", "session", "show", session])
@@ -287,7 +287,7 @@ def enter(index: Path | None, session: Session) -> None:
 
 
 @contextmanager
-def _writing(index: Path | None, name: str) -> Iterator[Writer]:
+def writing(index: Path | None, name: str) -> Iterator[Writer]:
     """Yield the session, opened for writing.
 
     Its entry in the index follows when the block ends.

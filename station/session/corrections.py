@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from restore import PageEdits
 from station.choices import Layout
 from station.session.current_preset import preset_of
 from station.session.events import VOLUME, Event
@@ -31,7 +32,10 @@ def own_edits(page: Page) -> Table:
 
 
 def layers_of(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> list[tuple[str, Table]]:
-    """The corrections of a page, each with its source: `rule 41`, `page`; the later ones win."""
+    """Return the corrections of a page, each with its source.
+
+    `rule 41`, `page`; the later ones win.
+    """
     capture, layers = page.capture, list[tuple[str, Table]]()
     if capture is not None:
         known = rules_of(session) if rules is None else rules
@@ -40,21 +44,34 @@ def layers_of(session: Session, page: Page, rules: Sequence[Rule] | None = None)
     return [*layers, *([("page", own)] if own else [])]
 
 
+def resolved_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> PageEdits:
+    """Add up the corrections of a page, with the layout of its preset.
+
+    rules: of the session, where they are known.
+    """
+    edits = edits_of(_added_up(session, page, rules))
+    if edits.layout != "auto" or edits.spine is not None:
+        return edits
+    layout = preset_of(session).layout
+    return edits.model_copy(update={"layout": "whole" if layout == Layout.SINGLE else str(layout)})
+
+
 def effective_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> dict[str, Any] | None:
-    """What a page is corrected by, as JSON values; None where nothing changes it.
+    """Return what a page is corrected by, as JSON values.
+
+    None where nothing changes its image.
 
     rules: of the session, where they are known. Two results that are equal give the same page.
     """
+    table = _added_up(session, page, rules)
+    return resolved_edits(session, page, rules).of_image() if table and edits_of(table).of_image() else None
+
+
+def _added_up(session: Session, page: Page, rules: Sequence[Rule] | None) -> Table:
     table: Table = {}
     for _, layer in layers_of(session, page, rules):
         table = merged(table, layer)
-    edits = edits_of(table)
-    if not edits.of_image():
-        return None
-    if edits.layout == "auto" and edits.spine is None:
-        layout = preset_of(session).layout
-        edits = edits.model_copy(update={"layout": "whole" if layout == Layout.SINGLE else str(layout)})
-    return edits.of_image()
+    return table
 
 
 def parameters_of(session: Session, page: Page, preset: Preset | None = None) -> dict[str, Any]:

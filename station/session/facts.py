@@ -15,6 +15,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, 
 
 from station.session.events import VOLUME, Event
 from station.session.history import CAPTURE, History
+from station.session.labelling import LABELS, LEAF_ORDER, MISSING_LEAVES, RUNS
 from station.session.presets import Preset, changed_preset
 from station.session.rules import EDITS, RULES, RULES_TABLE, EditsTable
 from station.session.volume import Volume, volume_of_facts
@@ -113,6 +114,10 @@ VALUES: Mapping[str, TypeAdapter[Any]] = {
     SETTINGS: TypeAdapter(dict[str, dict[str, Any]]),
     EDITS: TypeAdapter(EditsTable),
     RULES: RULES_TABLE,
+    **{name: TypeAdapter(bool) for name in ("left_out", "left_out_left", "left_out_right")},
+    "order": LEAF_ORDER,
+    "missing": MISSING_LEAVES,
+    LABELS: RUNS,
 }
 
 

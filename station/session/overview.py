@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import groupby
 from typing import Any
 
 from station.session.corrections import layers_of, outdated_pages
 from station.session.history import redo_target, undo_target
 from station.session.index import level_of, state_of
-from station.session.leaves import DASH, Leaf, leaves_of, missing_labels
+from station.session.leaves import Leaf, label_of, leaves_by_page, missing_labels
 from station.session.store import Session
 from station.verdict.judge import worst
 
@@ -18,8 +17,7 @@ ROW = "{:>8}  {:<8} {:<6} {:<9} {:<6} {:<8} {:<6} {}"
 
 def overview(session: Session) -> dict[str, Any]:
     """The session as JSON values: what it is of, its pages in the order of the volume."""
-    outdated, leaves = frozenset(outdated_pages(session)), leaves_of(session)
-    pages = [list(parts) for _, parts in groupby(leaves, key=lambda leaf: leaf.page.number)]
+    outdated, pages = frozenset(outdated_pages(session)), leaves_by_page(session).values()
     return {
         "id": session.identifier,
         "folder": str(session.folder),
@@ -40,7 +38,8 @@ def overview_lines(session: Session) -> Iterator[str]:
         for part in page["parts"]:
             marked = "* " if page["mark"] else ""
             edited = "later" if page["outdated"] else "yes" if page["edited"] else ""
-            cells = (part["name"], part["label"], part["side"], page["state"], part["level"], page["kind"], edited)
+            state = "left out" if part.get("left_out") else page["state"]
+            cells = (part["name"], part["label"], part["side"], state, part["level"], page["kind"], edited)
             yield ROW.format(*(" ".join(str(cell).split()) for cell in (*cells, marked + page["note"]))).rstrip()
     for gap in missing_labels(session):
         yield f"pages are missing {gap}"
@@ -55,7 +54,7 @@ def _page(session: Session, parts: Sequence[Leaf], position: int, outdated: bool
     return {
         "page": page.number,
         "position": position,
-        "label": DASH.join(filter(None, (leaf.label for leaf in parts))),
+        "label": label_of(parts),
         "side": parts[0].side if len(parts) == 1 else "",
         "state": state_of(page),
         "level": level_of(page),
@@ -73,4 +72,6 @@ def _page(session: Session, parts: Sequence[Leaf], position: int, outdated: bool
 
 def _part(leaf: Leaf) -> dict[str, Any]:
     level = worst([check["level"] for check in leaf.checks]) if leaf.is_checked else ""
-    return {"part": leaf.part, "name": leaf.name, "label": leaf.label, "side": leaf.side, "level": level}
+    return {"part": leaf.part, "name": leaf.name, "label": leaf.label, "side": leaf.side, "level": level} | (
+        {"left_out": True} if leaf.is_left_out else {}
+    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from itertools import groupby
 from typing import Any
 
 from restore import BadInput
@@ -13,7 +12,7 @@ from station.console.shown_pages.units import UNITS
 from station.session import VOLUME, Event, Page, Session
 from station.session.corrections import outdated_pages
 from station.session.index import level_of, state_of
-from station.session.leaves import DASH, Leaf, leaves_of
+from station.session.leaves import Leaf, label_of, leaves_by_page
 from station.session.parts import RESTORE, VERDICT, errors_of
 from station.session.stages import PAGE
 from station.verdict.judge import LEVELS
@@ -28,8 +27,7 @@ def rows_of(session: Session, restoring: Collection[int] = ()) -> list[Row]:
 
     restoring: numbers of the pages that are being restored.
     """
-    outdated, leaves = frozenset(outdated_pages(session)), leaves_of(session)
-    pages = [list(parts) for _, parts in groupby(leaves, key=lambda leaf: leaf.page.number)]
+    outdated, pages = frozenset(outdated_pages(session)), leaves_by_page(session).values()
     return [_row(parts, at, outdated, restoring) for at, parts in enumerate(pages, 1)]
 
 
@@ -103,7 +101,7 @@ def _row(parts: Sequence[Leaf], position: int, outdated: Collection[int], restor
         "page": page.number,
         "position": position,
         "order": _order(page),
-        "label": DASH.join(filter(None, (leaf.label for leaf in parts))),
+        "label": label_of(parts),
         "side": parts[0].side if len(parts) == 1 else "",
         "parts": [{"part": leaf.part, "name": leaf.name, "label": leaf.label, "side": leaf.side} for leaf in parts],
         "kind": parts[0].kind,

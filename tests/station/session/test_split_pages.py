@@ -7,13 +7,16 @@ from datetime import UTC, datetime
 
 import pytest
 
+from restore import load_scan, save_scan
 from station.archive.deliver import Format, deliver
 from station.archive.from_session import scan_of, volume_of
 from station.archive.volume import Role
 from station.batch.progress import Done
 from station.batch.sessions import SessionBatch, plan_session, restore_session_page
+from station.cli import main
 from station.run.options import RunOptions
-from station.session import Volume, add_scan, correct, create_session, open_session, undo
+from station.session import Volume, add_scan, correct, create_session, open_session, scan_path, undo
+from station.session.edits_files import export_edits
 from station.session.leaves import leaves_of
 from station.session.overview import overview, overview_lines
 from station.session.presets import load_preset
@@ -88,6 +91,12 @@ def test_a_correction_and_its_undo(writer, tmp_path):
     restore_all(writer)
     (leaf,) = leaves_of(writer.session)
     assert (leaf.name, leaf.side, leaf.report["dpi"]) == ("1/right", "right", 40)
+    export_edits(writer.session, writer.history.page(1), tmp_path / "book.edits.json")
+    save_scan(load_scan(scan_path(writer.session, leaf.page.capture)), tmp_path / "loose" / "book.scan")
+    options = ["--points", "300", "--dpi", "50", "--edits", str(tmp_path / "book.edits.json")]
+    assert main(["restore", str(tmp_path / "loose" / "book.scan"), "-o", str(tmp_path / "out"), *options]) == 0
+    run = leaf.page.runs["restore"]
+    assert (tmp_path / "out" / "book.png").read_bytes() == writer.session.path(run, "page.png").read_bytes()
     undo(writer)
     assert writer.history.page(1).runs["restore"] == split
     restore_all(writer)

@@ -1,0 +1,276 @@
+"""The commands `planish session edits | apply | order | labels`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from station.commands.options import Debug, Json
+from station.commands.sessions import Index, Named, find_session, no_page, writing
+from station.commands.terminal import print_result, report_faults
+
+if TYPE_CHECKING:
+    from station.session import Page, Session, Writer
+
+Operator = Annotated[str, typer.Option(help="Name of who corrects, recorded with it.", envvar="PLANISH_OPERATOR")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Show what would change; record nothing.")]
+TO = "all, left, right, following:PAGE, or pages: 3,5-8"
+
+
+def edits(
+    session: Named,
+    page: Annotated[str, typer.Argument(metavar="PAGE[/left|/right]", help="A page, or one leaf of it.")],
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="FIELD=VALUE", help="Set a field; nothing after = takes it away. Repeatable."),
+    ] = None,
+    imported: Annotated[
+        Path | None, typer.Option("--import", metavar="FILE", help="Take the corrections of a file.")
+    ] = None,
+    exported: Annotated[
+        Path | None, typer.Option("--export", metavar="FILE", help="Write the corrections for the exported scan.")
+    ] = None,
+    clear: Annotated[bool, typer.Option("--clear", help="Take the page's own corrections away.")] = False,
+    operator: Operator = "",
+    of_another: Annotated[
+        bool, typer.Option("--edits-of-another", help="Import corrections of another scan, too.")
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the exported file.")] = False,
+    dry_run: DryRun = False,
+    index: Index = None,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Show or set the corrections of a page.
+
+    `planish batch` restores the page with them.
+    """
+    with report_faults(debug=debug):
+        from station.errors import UsageError
+        from station.session import read_session
+        from station.session.correcting import correct
+        from station.session.corrections import own_edits
+        from station.session.edits_files import export_edits, import_edits
+        from station.session.ordering import parse_leaf
+        from station.session.texts import check_text
+
+        number, part = parse_leaf(page)
+        check_text("operator", operator)
+        wanted = [bool(assignments), imported is not None, exported is not None, clear]
+        if sum(wanted) > 1:
+            raise UsageError("--set, --import, --export and --clear exclude each other", "give one of them")
+        folder = find_session(index, session)
+        stored = read_session(folder)
+        shown = _page(stored, session, number)
+        if exported is not None:
+            export_edits(stored, shown, exported, force=force)
+        if (not any(wanted[:2]) and not clear) or exported is not None:
+            print_result(_shown(stored, shown, as_json))
+            return
+        table: dict[str, Any] | None = None
+        labels: dict[str, str] = {}
+        if imported is not None:
+            table, labels = import_edits(stored, shown, imported, of_another=of_another)
+        elif assignments:
+            table = _set(shown, part, assignments)
+        if table is not None:
+            table["by"] = {**_by(shown), **({"operator": operator} if operator else {})}
+        if dry_run:
+            print_result(_planned(own_edits(shown), table))
+            return
+        with writing(index, session) as writer:
+            correct(writer, number, table)
+            _label(writer, number, labels)
+            print_result(_shown(writer.session, writer.history.page(number), as_json))
+
+
+def apply(
+    session: Named,
+    assignments: Annotated[list[str], typer.Argument(metavar="FIELD=VALUE...", help="Fields of the corrections.")],
+    to: Annotated[str, typer.Option("--to", metavar="PAGES", help=f"Where: {TO}.")],
+    future: Annotated[bool, typer.Option("--future", help="Also on pages that are captured later.")] = False,
+    operator: Operator = "",
+    dry_run: DryRun = False,
+    index: Index = None,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Correct many pages by one rule; one undo takes it back.
+
+    A page's own corrections win over rules, later rules over earlier ones.
+    """
+    with report_faults(debug=debug):
+        import json
+
+        from station.session import read_session
+        from station.session.applying import planned_rule
+        from station.session.correcting import add_rule
+        from station.session.texts import check_text
+
+        check_text("operator", operator)
+        planned = planned_rule(read_session(find_session(index, session)), assignments, to, future=future)
+        by = {"operator": operator, "tool": "rule"} if operator else {"tool": "rule"}
+        if not dry_run:
+            with writing(index, session) as writer:
+                add_rule(writer, planned.scope, {**planned.edits, "by": by})
+        if as_json:
+            print_result(json.dumps({**planned.as_json(), "recorded": not dry_run}, indent=2, ensure_ascii=False))
+            return
+        print_result("\n".join(planned.lines()))
+
+
+def order(
+    session: Named,
+    move: Annotated[str | None, typer.Option(metavar="PAGE", help="Move a page or leaf, with --before.")] = None,
+    before: Annotated[str | None, typer.Option(metavar="PAGE", help="The page or leaf that comes after it.")] = None,
+    leave_out: Annotated[str | None, typer.Option(metavar="PAGE", help="Keep it, and leave it out of exports.")] = None,
+    put_back: Annotated[str | None, typer.Option(metavar="PAGE", help="Deliver it again.")] = None,
+    missing_before: Annotated[
+        str | None, typer.Option(metavar="PAGE", help="A leaf is missing before it, with --label.")
+    ] = None,
+    label: Annotated[str, typer.Option(help="Label of the missing leaf.")] = "",
+    index: Index = None,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Show or change the order of the leaves of a volume."""
+    with report_faults(debug=debug):
+        from station.errors import UsageError
+        from station.session import read_session
+        from station.session.ordering import leave_out as leave
+        from station.session.ordering import move_leaves, note_missing
+        from station.session.texts import check_text
+
+        steps = [step for step in (move, leave_out, put_back, missing_before) if step is not None]
+        if len(steps) > 1:
+            raise UsageError("these steps exclude each other", "give one of them, and the next one after it")
+        if (move is None) != (before is None):
+            raise UsageError("--move and --before go together", "name both: --move 7 --before 5")
+        if steps:
+            with writing(index, session) as writer:
+                if move is not None and before is not None:
+                    move_leaves(writer, move, before)
+                elif missing_before is not None:
+                    note_missing(writer, missing_before, check_text("label", label))
+                else:
+                    leave(writer, steps[0], out=leave_out is not None)
+        stored = read_session(find_session(index, session))
+        print_result(_leaves(stored, as_json))
+
+
+def labels(
+    session: Named,
+    runs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--run", metavar="RUN", help='As "from=3/right style=folio first=1". Repeatable; all in one call.'
+        ),
+    ] = None,
+    listed: Annotated[bool, typer.Option("--list", help="List the runs, then the leaves with their labels.")] = False,
+    clear: Annotated[bool, typer.Option("--clear", help="Number the volume by its preset again.")] = False,
+    index: Index = None,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Show or set how the leaves of a volume are numbered.
+
+    Styles: arabic, roman, ROMAN, letters, LETTERS, folio, folio-ab, leaf, column,
+    none. Keys: from, style, first, side, prefix, suffix, bracket, counted.
+    """
+    with report_faults(debug=debug):
+        from station.errors import UsageError
+        from station.session import decide, read_session
+        from station.session.labelling import LABELS, parse_run
+        from station.session.leaves import runs_of
+        from station.session.ordering import leaves_named
+
+        if runs and clear:
+            raise UsageError("--run and --clear exclude each other", "give one of them")
+        stored = read_session(find_session(index, session))
+        parsed = [parse_run(text) for text in runs or []]
+        for run in parsed:
+            leaves_named(stored, run.start)
+        if parsed or clear:
+            with writing(index, session) as writer:
+                decide(writer, LABELS, [run.model_dump(mode="json", by_alias=True) for run in parsed])
+                stored = writer.session
+        if listed and not as_json:
+            print_result("\n".join(f"run        {run.as_text()}" for run in runs_of(stored)) or "run        preset")
+        print_result(_leaves(stored, as_json))
+
+
+def _page(session: Session, name: str, number: int) -> Page:
+    page = session.history.page(number)
+    if page.capture is None:
+        raise no_page(name, number)
+    return page
+
+
+def _by(page: Page) -> dict[str, Any]:
+    run = page.runs.get("restore")
+    return {"tool": "cli", **({} if run is None else {"saw": run.number})}
+
+
+def _set(page: Page, part: str | None, assignments: list[str]) -> dict[str, Any]:
+    from station.session.corrections import own_edits
+    from station.session.fields import changed
+    from station.session.ordering import parts_to_correct
+    from station.session.parts import parts_of
+
+    run = page.runs.get("restore")
+    found = list(parts_of({} if run is None else run.facts["result"]))
+    return changed(own_edits(page), assignments, parts_to_correct(found, part))
+
+
+def _label(writer: Writer, page: int, labels: dict[str, str]) -> None:
+    from station.session.ordering import set_label
+
+    for part, label in labels.items():
+        set_label(writer, page, part, label)
+
+
+def _planned(own: Any, table: dict[str, Any] | None) -> str:
+    import json
+
+    return f"from  {json.dumps(own, sort_keys=True)}\nto    {json.dumps(table, sort_keys=True)}"
+
+
+def _shown(session: Session, page: Page, as_json: bool) -> str:
+    """The corrections of a page, each with where it comes from."""
+    import json
+
+    from station.session.corrections import effective_edits, layers_of, needs_restoration
+    from station.session.fields import fields_of
+
+    layers = layers_of(session, page)
+    outdated = needs_restoration(session, page)
+    if as_json:
+        table = {"page": page.number, "edits": effective_edits(session, page), "outdated": outdated}
+        return json.dumps({**table, "layers": [{"from": name, "edits": layer} for name, layer in layers]}, indent=2)
+    lines = [f"{name:<10} {', '.join(fields_of(layer))}" for name, layer in layers]
+    lines.append(f"{'applied':<10} {json.dumps(effective_edits(session, page), sort_keys=True)}")
+    return "\n".join([*lines, *(["outdated   restore it with planish batch"] if outdated else [])])
+
+
+def _leaves(session: Session, as_json: bool) -> str:
+    """The leaf sides of a volume, one in each line."""
+    import json
+
+    from station.session.leaves import leaves_of
+
+    leaves = leaves_of(session)
+    if as_json:
+        keys = ("name", "position", "label", "side", "kind")
+        rows = [
+            {**{key: getattr(leaf, key) for key in keys}, "left_out": leaf.is_left_out, "missing": list(leaf.missing)}
+            for leaf in leaves
+        ]
+        return json.dumps(rows, indent=2, ensure_ascii=False)
+    lines = []
+    for leaf in leaves:
+        lines += [f"{'':>5}  {'missing':<9} {label}" for label in leaf.missing]
+        place = "out" if leaf.is_left_out else str(leaf.position)
+        lines.append(f"{place:>5}  {leaf.name:<9} {leaf.label:<10} {leaf.side:<6} {leaf.kind}".rstrip())
+    return "\n".join(lines) or "no pages"
