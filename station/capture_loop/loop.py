@@ -30,6 +30,7 @@ from station.session import (
     scan_path,
     undo,
 )
+from station.session.correcting import show_fitting
 from station.session.corrections import inputs_of, needs_restoration, parameters_of, rules_of
 from station.session.judging import lacks_verdict, record_verdict, verdict_lines
 from station.session.leaves import labels_of, missing_labels
@@ -167,6 +168,7 @@ class CaptureLoop:
 
     def catch_up(self) -> None:
         """Restore pages that are not as they are corrected, and check the others."""
+        show_fitting(self.writer)  # of a step that was interrupted
         rules = rules_of(self.writer.session)
         for page in list(self.writer.history.pages()):
             self._continue(page, rules)
