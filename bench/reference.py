@@ -1,16 +1,23 @@
-"""`python -m bench.reference [--write-docs]`: the reference of keys and of the public API, out of the code."""
+"""`python -m bench.reference [--write-docs]`: the references of keys, of the public API and of commands."""
 
 from __future__ import annotations
 
 import argparse
 
-from oracles.reference import PAGE, reference
+from oracles import command_reference, reference
+
+PAGES = {
+    reference.PAGE: reference.reference,
+    command_reference.PAGE: command_reference.command_reference,
+}
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--write-docs", action="store_true")
-    if parser.parse_args().write_docs:
-        PAGE.parent.mkdir(exist_ok=True)
-        PAGE.write_text(reference(), "utf-8")
-    else:
-        print(reference(), end="")
+    write = parser.parse_args().write_docs
+    for page, text in PAGES.items():
+        if write:
+            page.parent.mkdir(exist_ok=True)
+            page.write_text(text(), "utf-8")
+        else:
+            print(text(), end="")

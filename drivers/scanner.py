@@ -119,8 +119,11 @@ class Turner(Protocol):
     """Turns leaves: of a scanner with a robot. Without one the operator turns them."""
 
     def turn_to(self, opening: int, attempt: int) -> None:
-        """Turn the leaves until an opening of the volume, counted from 0, lies before the scanner.
+        """Turn the leaves until an opening of the volume is before the scanner.
 
-        attempt: how often it was captured before. Turning to where it lies does nothing. Raises ScannerError.
+        Nothing is turned where it is already.
+        opening: counted from 0.
+        attempt: how often it was captured before.
+        Raises ScannerError.
         """
         ...

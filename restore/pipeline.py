@@ -123,7 +123,10 @@ def leaf_fields(report: Mapping[str, Any]) -> dict[str, Any]:
 
 
 class Painted(NamedTuple):
-    """A page painted at some resolution, the reports on its photographs, and how its shape is known there."""
+    """Page textured at some resolution, with its coverage.
+
+    And with the reports on its photographs.
+    """
 
     painting: Painting
     photos: list[dict[str, Any]]

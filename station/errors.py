@@ -12,6 +12,7 @@ Stopped             the process received a signal to end
 from __future__ import annotations
 
 import errno
+import os
 import signal
 from dataclasses import dataclass
 from pathlib import Path
@@ -174,12 +175,12 @@ def _disk_hint(error: OSError) -> str:
 def _mounted_at(path: object) -> str:
     """Return " on the disk at <mount point>" for the path of a file.
 
-    Also for one in a folder that is gone; empty without a path.
+    Also for one in a folder that is gone, and for a circle of links; empty without a path.
     """
     if not isinstance(path, str) or path == STANDARD_OUTPUT:
         return ""
     try:
-        folder = next(folder for folder in Path(path).resolve().parents if folder.is_dir())
+        folder = next(folder for folder in Path(os.path.realpath(path)).parents if folder.is_dir())
         while not folder.is_mount():
             folder = folder.parent
     except (OSError, ValueError):  # of a name that no disk takes

@@ -1,7 +1,8 @@
-"""A simulated Vivid 900: warped pages with known ground truth, imaged by the scanner's optics.
+"""A simulated Vivid 900: warped pages with known ground truth.
 
-`connect(config)` opens it as a scanner: the real driver over `rig(config)`, a device that answers command bytes.
-`shoot(sheet, …)` takes one shot without driver and device, and returns it with its ground truth.
+The scanner's optics image them. `connect(config)` opens it as a scanner: the real driver over `rig(config)`, a device
+that answers command bytes. `shoot(sheet, …)` takes one capture without driver and device, and returns it with its
+ground truth.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`python -m drivers.simulated CONFIG`: serve the simulated device of a station configuration on a socket."""
+"""`python -m drivers.simulated CONFIG`: the simulated device on a socket."""
 
 from __future__ import annotations
 

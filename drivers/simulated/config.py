@@ -62,14 +62,13 @@ class OpeningConfig(SceneConfig):
 
 
 class ScannerConfig(BaseModel):
-    """The table `[scanner]`. `distance_mm` is where the page lies, and where the scanner focuses by itself.
+    """The table `[scanner]`.
 
-    profile      name or file of the command profile that device and driver speak.
-    calibration  calibration file that the driver uses; the manual's figures when there is none.
-    body         calibration file of the simulated body's true geometry, which the driver does not know.
-    nudge_px     largest displacement of the page between captures, in pixels of the colour image; none on a rotary
-                 stage.
-    book         the openings of a volume whose leaves are turned, in place of the one `scene`.
+    `distance_mm` is the distance of the page, and where the scanner focuses without a setting.
+    profile: name or file of the command profile that device and driver speak.
+    calibration: calibration file that the driver uses; None for the manual's figures.
+    body: calibration file of the simulated body's true geometry, which the driver does not know.
+    nudge_px: largest displacement of the page between captures, in pixels of the colour image; none on a turntable.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -102,7 +101,10 @@ SETTINGS: dict[tuple[int | str, ...], list[str]] = {
 
 
 def read(config: Mapping[str, Any]) -> ScannerConfig:
-    """Check the table. Raises SettingsError that names the setting, and what there may be in its place."""
+    """Check the table.
+
+    Raises SettingsError that names the setting, and its possible values.
+    """
     try:
         return ScannerConfig.model_validate(dict(config))
     except ValidationError as error:

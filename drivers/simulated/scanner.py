@@ -55,10 +55,11 @@ def _still() -> float:
 def rig(
     config: Mapping[str, Any], *, clock: Callable[[], float] | None = None, angle: Callable[[], float] = _still
 ) -> Rig:
-    """The device that the `[scanner]` table of a station configuration describes, with no driver above it.
+    """Return the device that a `[scanner]` table describes.
 
-    clock  the device's time; a virtual one by default.
-    angle  gives the position of the turntable, degrees.
+    Without a driver above it.
+    clock: the device's time; a virtual one by default.
+    angle: gives the position of the turntable, degrees.
     Raises SettingsError when a setting is not known or not possible.
     """
     wanted = settings_table.read(config)
@@ -107,7 +108,7 @@ def _body(wanted: ScannerConfig) -> Calibration:
 
 
 def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Vivid900:
-    """Open the scanner of the `[scanner]` table of a configuration; with a book, a Turner.
+    """Open the scanner of a `[scanner]` table; with a book, a Turner.
 
     now  clock for the time noted with each scan.
     Raises SettingsError when a setting is not known or not possible.

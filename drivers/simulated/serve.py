@@ -14,7 +14,10 @@ LOCALHOST = "127.0.0.1"  # not reachable from other machines
 
 
 def listen(port: int = 0) -> socket.socket:
-    """A listening socket for drivers; port 0 takes any free one. Raises OSError when the port is taken."""
+    """Return a listening socket for drivers.
+
+    Port 0 takes any free one. Raises OSError when the port is taken.
+    """
     return socket.create_server((LOCALHOST, port))
 
 

@@ -1,10 +1,16 @@
-"""Extracts the vendor program's SCSI commands from a capture of the USB bus, and drafts a command profile."""
+"""Extracts SCSI commands from a capture of the USB bus.
+
+They are the vendor program's; a command profile is drafted from them.
+"""
 
 from __future__ import annotations
 
 
 class CaptureError(Exception):
-    """Raised when a capture cannot be read, or contains no commands. `hint` says what to do now."""
+    """A capture cannot be read, or contains no commands.
+
+    `hint` says what to do now.
+    """
 
     exit_code = 3
 

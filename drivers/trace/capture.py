@@ -35,7 +35,10 @@ def read_transfers(path: Path) -> Iterator[Transfer]:
 
 @contextmanager
 def _mapped(path: Path) -> Iterator[mmap.mmap]:
-    """The file as memory: reading beyond its end returns what is there, for any length that a damaged file claims."""
+    """Map the file to memory.
+
+    Reading beyond its end returns what exists, for any length that a damaged file claims.
+    """
     try:
         if not path.is_file():
             raise CaptureError(f"cannot read {path}: it is not a file", "check the path")

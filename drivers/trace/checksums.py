@@ -12,9 +12,10 @@ ORDERS: tuple[Order, ...] = ("big", "little")
 
 
 def find_checksum(blocks: Sequence[bytes], header: int) -> Checksum | None:
-    """The checksum in the first `header` bytes of blocks and of what follows them, None when none is right in all.
+    """Find the checksum of blocks in their first `header` bytes.
 
-    Of an exclusive or the place cannot be told, since every byte is that of all others: the last one is taken.
+    Of an exclusive or the place cannot be determined, since every byte is that of all others: the last one is taken.
+    Returns None when none is right in all blocks.
     """
     different = list(dict.fromkeys(blocks))
     return next((found for found in _candidates(header) if _is_right(found, different)), None)

@@ -1,4 +1,7 @@
-"""Compares captures that differ in one setting: which bytes changed, and in which field the setting is."""
+"""Compares captures that differ in one setting.
+
+Which bytes changed, and in which field the setting is.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ Key = tuple[str, str]
 
 
 def bytes_of(exchanges: Sequence[Exchange]) -> dict[Key, tuple[bytes, ...]]:
-    """CDBs and blocks of every kind of command, each once in their order; those of the standard and images excluded."""
+    """Return CDBs and blocks of every kind of command.
+
+    Each once in their order; those of the standard and images excluded.
+    """
     found = {}
     for guess in guess_roles([exchange for exchange in exchanges if exchange.cdb[0] not in STANDARD]):
         name = f"{guess.role or '?'} ({_opening(guess)})"
@@ -31,7 +37,10 @@ def bytes_of(exchanges: Sequence[Exchange]) -> dict[Key, tuple[bytes, ...]]:
 
 
 def _opening(guess: Guess) -> str:
-    """What tells a kind of command from the others in any capture: its bytes without length and offset."""
+    """Return what distinguishes a kind of command in any capture.
+
+    Its bytes without length and offset.
+    """
     return _without_fields(guess.group, guess.group.exchanges[0].cdb)[:3].hex(" ").upper()
 
 
@@ -51,7 +60,10 @@ def _parts(guess: Guess) -> Iterator[tuple[str, list[bytes]]]:
 
 
 def list_changes(first: Sequence[Exchange], second: Sequence[Exchange]) -> Iterator[str]:
-    """A line for every run of bytes that has other values in the second capture; counters and checksums have, too."""
+    """Yield a line for every run of bytes with other values.
+
+    In the second capture; counters and checksums have such, too.
+    """
     mine, theirs = bytes_of(first), bytes_of(second)
     lines = [line for key in mine if key in theirs for line in _changes(key, mine[key], theirs[key])]
     lines += [f"{_name(key)}: only in the first capture" for key in mine if key not in theirs]
@@ -87,11 +99,11 @@ def _places(start: int, end: int) -> str:
 
 
 def find_field(captures: Sequence[Sequence[Exchange]], setting: str, values: Sequence[int]) -> list[tuple[Key, Span]]:
-    """Where a setting is, that had these values in these captures: the bytes of a kind of command, and the field.
+    """Find the field of a setting that had these values in these captures.
 
-    In every capture the field has that capture's value, and no other's but one that all captures have. Of fields
-    within each other the narrowest that holds the whole range of the setting is named. Raises CaptureError for values
-    that tell nothing.
+    In every capture the field has that capture's value, and no other's but one that all captures have. Of fields within
+    each other the narrowest that holds the whole range of the setting is named.
+    Returns the bytes of a kind of command, and the field. Raises CaptureError for values that do not decide.
     """
     if len(captures) != len(values) or len(set(values)) < 2:
         raise CaptureError("a field is found by values that differ, one for each capture", "name each capture's value")
@@ -131,9 +143,10 @@ def _bits(length: int, most: int) -> Iterator[Span]:
 
 
 def _fits(span: Span, seen: Sequence[Sequence[bytes]], values: Sequence[int]) -> bool:
-    """Whether the field has in every capture its value, and another's only where all captures have that.
+    """Return whether a field has in every capture its value.
 
-    That one value is how the program found the scanner, or left it; that of another capture cannot be in all as well.
+    And another's only where all captures have that: this one value is how the program found the scanner, or left it;
+    that of another capture cannot be in all as well.
     """
     read = [{span.read(data, "big") for data in one} for one in seen]
     exact = all(span.scale == 1 or _exact(span, data) for one in seen for data in one)
@@ -159,7 +172,10 @@ def _is_within(inner: Span, outer: Span) -> bool:
 
 
 def list_field(captures: Sequence[Sequence[Exchange]], setting: str, values: Sequence[int]) -> Iterator[str]:
-    """A line in a profile's notation for every place where the setting may be, those that are sent first."""
+    """Yield a line for every place where the setting may be.
+
+    In a profile's notation, those that are sent first.
+    """
     found = find_field(captures, setting, values)
     for key, span in sorted(found, key=lambda place: place[0][1] != "sent"):
         yield f"{_name(key)}: {setting} = {inline_table(span)}"

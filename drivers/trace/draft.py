@@ -102,7 +102,10 @@ def _commands(guesses: Sequence[Guess]) -> Iterator[str]:
 
 
 def _merged(guesses: Sequence[Guess]) -> Iterator[Guess]:
-    """The guesses with the groups that read colour images as one: the development kit asks for a kind of image."""
+    """Yield the guesses, with groups that read colour images merged.
+
+    The development kit asks for a kind of image.
+    """
     colours = [guess for guess in guesses if guess.role == "read_colour"]
     yield from (guess for guess in guesses if guess.role != "read_colour")
     if colours:
@@ -112,13 +115,19 @@ def _merged(guesses: Sequence[Guess]) -> Iterator[Guess]:
 
 
 def _kind_byte(guess: Guess) -> tuple[int, ...]:
-    """The one byte of a command for colour images that varies beside length and offset; empty for other commands."""
+    """Return the byte of a colour-image command that varies freely.
+
+    In addition to length and offset; empty for other commands.
+    """
     one = guess.role == "read_colour" and len(guess.group.unexplained) == 1
     return tuple(guess.group.unexplained) if one else ()
 
 
 def _bytes_of(guess: Guess) -> str:
-    """A command in a profile's notation; the data sent with it are those of the first time."""
+    """Return a command in a profile's notation.
+
+    The data sent with it are those of the first time.
+    """
     kind = guess.group
     cdb, sent = _quoted(_layout(guess)), _quoted(kind.exchanges[0].data.hex(" ").upper())
     with_data = kind.direction == "out" and guess.role != "write_parameters"
@@ -149,7 +158,7 @@ def _checksum(name: str, found: Found) -> Checksum | None:
 
 
 def _shape(name: str, kind: Group) -> Shape | None:
-    """The shape of an image, None for a block that is none."""
+    """Return the shape of an image, None for another block."""
     return pitch_shape(kind) if name == "pitch" else colour_shape(kind) if name == "colour" else None
 
 

@@ -1,4 +1,7 @@
-"""Reassembles SCSI commands and their answers from the Bulk-Only transfers of a capture."""
+"""Reassembles SCSI commands and their answers.
+
+From the Bulk-Only transfers of a capture.
+"""
 
 from __future__ import annotations
 
@@ -68,7 +71,10 @@ class _Started:
         return not self.wrapper.from_device and self._moved < self.wrapper.length
 
     def add(self, transfer: Transfer, *, room: int) -> int:
-        """Add a transfer, and keep as many bytes as there is room for, but a head in any case. Returns what it kept."""
+        """Add a transfer, and return how many bytes were kept.
+
+        As many as fit, but a head in any case.
+        """
         if transfer.inward != self.wrapper.from_device:
             return 0
         kept = transfer.data[: max(room, HEAD_LENGTH - len(self._data), 0)]
@@ -92,7 +98,10 @@ class _Started:
 
 
 def read_exchanges(transfers: Iterable[Transfer]) -> list[Exchange]:
-    """Every command of every bridge, in the order in which they ended. Raises CaptureError when there is none."""
+    """Return every command of every bridge, in the order of their ends.
+
+    Raises CaptureError without commands.
+    """
     started: dict[tuple[int, int], _Started] = {}
     exchanges: list[Exchange] = []
     room = MAX_KEPT

@@ -1,4 +1,7 @@
-"""Groups commands of one kind and finds their constant bytes, type byte, length field and offset field."""
+"""Groups commands of one kind and finds their fields.
+
+Constant bytes, type byte, length field and offset field.
+"""
 
 from __future__ import annotations
 
@@ -45,9 +48,11 @@ class Span(NamedTuple):
 
 @dataclass(frozen=True)
 class Group:
-    """Exchanges with the same operation code, type bytes, CDB length and direction, in their order; at least one.
+    """Exchanges with the same operation code, type bytes and shape.
 
-    order   byte order that is tried first. starts: numbers of the exchanges before which another command came.
+    The shape is CDB length and direction; they are in their order, at least one.
+    order: byte order that is tried first.
+    starts: numbers of the exchanges before which another command came.
     """
 
     exchanges: tuple[Exchange, ...]
@@ -91,14 +96,20 @@ class Group:
 
     @cached_property
     def length(self) -> Span | None:
-        """The field of the CDB that holds the transfer length, None when no field fits all exchanges."""
+        """Return the field of the CDB that holds the transfer length.
+
+        None when no field fits all exchanges.
+        """
         if self.direction == "none":
             return None
         return next((span for span in self._spans() if self._says_length(span)), None)
 
     @cached_property
     def offset(self) -> Span | None:
-        """The field of the CDB that holds the offset, None unless blocks were read in pieces by their offsets."""
+        """Return the field of the CDB that holds the offset.
+
+        None unless blocks were read in pieces by their offsets.
+        """
         free = (span for span in self._spans() if not _overlap(span, self.length))
         return next((span for span in free if self._says_offset(span)), None)
 
@@ -130,7 +141,10 @@ class Group:
         return done or exchange.asked > block[0].asked or exchange.number in self.starts
 
     def _spans(self) -> Iterator[Span]:
-        """Every place of a field: the usual one, then the widest from the left; those with the control byte last."""
+        """Yield every place of a field.
+
+        The usual one, then the widest from the left; those with the control byte last.
+        """
         size = len(self.exchanges[0].cdb)
         orders: tuple[Order, Order] = ("big", "little") if self.order == "big" else ("little", "big")
         for order in orders:
@@ -167,7 +181,10 @@ def group(exchanges: Sequence[Exchange]) -> tuple[Group, ...]:
 
 
 def _order(groups: Sequence[Group]) -> Order:
-    """The byte order of the capture: that of the lengths that can be read in one order only."""
+    """Return the byte order of the capture.
+
+    That of the lengths that can be read in one order only.
+    """
     orders = Counter(kind.length.order for kind in groups if kind.length and len(kind.lengths) > 1)
     return "little" if orders["little"] > orders["big"] else "big"
 

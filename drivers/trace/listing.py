@@ -36,7 +36,10 @@ def sense_text(sense: bytes) -> str:
 
 
 def list_exchanges(exchanges: Sequence[Exchange]) -> Iterator[str]:
-    """A line for each command, then one for each kind of command with the role that it may have."""
+    """Yield a line for each command, then one for each kind of command.
+
+    With the role that it may have.
+    """
     for number, exchange in enumerate(exchanges):
         moved = f"{exchange.moved}/{exchange.asked}" if exchange.asked else ""
         head = exchange.head[:QUOTED_BYTES].hex(" ") + (" …" if exchange.moved > QUOTED_BYTES else "")
@@ -52,7 +55,10 @@ def list_exchanges(exchanges: Sequence[Exchange]) -> Iterator[str]:
 
 
 def as_data(exchanges: Sequence[Exchange]) -> dict[str, Any]:
-    """The same for programs: bytes in hexadecimal, groups by the numbers of their exchanges."""
+    """Return the listing for programs.
+
+    Bytes in hexadecimal, groups by the numbers of their exchanges.
+    """
     numbers = {id(exchange): number for number, exchange in enumerate(exchanges)}
     return {
         "commands": [_exchange_data(exchange) for exchange in exchanges],

@@ -1,7 +1,8 @@
-"""USB transfers out of the records of a capture: the kernel's usbmon headers and USBPcap's.
+"""USB transfers out of the records of a capture.
 
-Sources: the Linux kernel's Documentation/usb/usbmon.rst, "Raw binary format"; the USBPcap capture format
-specification (desowin.org/usbpcap/captureformat.html); the list of link types at tcpdump.org.
+The kernel's usbmon headers and USBPcap's.
+Sources: the Linux kernel's Documentation/usb/usbmon.rst, "Raw binary format"; the USBPcap capture format specification
+    (desowin.org/usbpcap/captureformat.html); the list of link types at tcpdump.org.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ DIRECTION_IN = 0x80  # of an endpoint's address
 _USBMON = {order: struct.Struct(order + "QcBBBHBBqiiII") for order in "<>"}
 _USBMON_SHORT, _USBMON_LONG = 48, 64  # header lengths of link types 189 and 220
 _SUBMITTED, _COMPLETED = b"S", b"C"
-_STALLED = -32  # -EPIPE; a transfer that ends short has a code of its own and is no failure
+_STALLED = -32  # -EPIPE; a transfer that ends short has another code and is not a failure
 
 # header length, request, status, function, info, bus, device, endpoint, transfer type, data length
 _USBPCAP = struct.Struct("<HQIHBHHBBI")
@@ -30,12 +31,13 @@ LINKTYPE_USB_LINUX, LINKTYPE_USB_LINUX_MMAPPED, LINKTYPE_USBPCAP = 189, 220, 249
 
 @dataclass(frozen=True)
 class Transfer:
-    """A bulk transfer where it carries its data: on its way out when it is submitted, on its way in when it completes.
+    """Bulk transfer where it carries its data.
 
-    where      bus and device address.
-    inward     from the device to the host.
-    data       what was captured of it; length: what was moved.
-    failed     it ended with an error: mostly a halted pipe.
+    On its way out when it is submitted, on its way in when it completes.
+    where: bus and device address.
+    inward: from the device to the host.
+    data: what was captured of it; length: what was moved.
+    failed: it ended with an error: mostly a halted pipe.
     """
 
     where: tuple[int, int]
@@ -46,8 +48,10 @@ class Transfer:
 
 
 def usbmon_transfer(record: bytes, *, header: int, order: str) -> Transfer | None:
-    """The transfer in a record of usbmon, None for one that moves nothing. order: "<" or ">", that of the machine.
+    """Return the transfer in a record of usbmon.
 
+    None for one that moves nothing.
+    order: "<" or ">", that of the machine.
     Raises CaptureError when the record is too short.
     """
     if len(record) < header:
@@ -62,7 +66,10 @@ def usbmon_transfer(record: bytes, *, header: int, order: str) -> Transfer | Non
 
 
 def usbpcap_transfer(record: bytes) -> Transfer | None:
-    """The transfer in a record of USBPcap, None for one that moves nothing. Raises CaptureError."""
+    """Return the transfer in a record of USBPcap.
+
+    None for one that moves nothing. Raises CaptureError.
+    """
     if len(record) < _USBPCAP.size:
         raise CaptureError(f"a USBPcap record of {len(record)} bytes, {_USBPCAP.size} are the least", DAMAGED)
     header, _, status, _, info, bus, device, endpoint, kind, length = _USBPCAP.unpack_from(record)

@@ -1,7 +1,8 @@
-"""Guesses how the images of a capture are packed, by decoding them in every plausible way.
+"""Guesses how the images of a capture are packed.
 
-The stripe moves down by one row of the range image from frame to frame, so that on any surface without steps a sample's
-frame is one more than that of the sample above it. In a picture neighbouring pixels are alike, channel by channel.
+By decoding them in every plausible way. The stripe moves down by one row of the range image from frame to frame, so
+that on any surface without steps a sample's frame is one more than that of the sample above it. In a picture
+neighbouring pixels are alike, channel by channel.
 """
 
 from __future__ import annotations
@@ -20,9 +21,7 @@ from drivers.vivid900.profile.raster import PAD, Channel, Kind, Layout, Raster
 from drivers.vivid900.profile.template import Order
 from restore.scan import Floats
 
-ENOUGH = (
-    0.5  # share of the samples that has to be one frame below its neighbour; of wrongly packed ones it is nearly none
-)
+ENOUGH = 0.5  # fraction of samples one frame below their neighbour; wrongly packed, hardly any are
 STEP = 0.5, 1.5  # frames
 FRACTION_BITS = range(0, 25)
 ORDERS: tuple[Order, ...] = ("big", "little")
@@ -40,7 +39,10 @@ class Packing:
 
 
 def pitch_packing(kind: Group) -> Packing | None:
-    """How the range images of a kind of command are packed; None when nothing plausible fits."""
+    """Return how the range images of a kind of command are packed.
+
+    None when nothing plausible fits.
+    """
     shape = pitch_shape(kind)
     data = None if shape is None else _samples(kind, shape)
     if shape is None or data is None:
@@ -60,7 +62,10 @@ def _pitch_shares(data: bytes, shape: Shape) -> Iterator[tuple[float, dict[str, 
 
 
 def _pixels(sample: int) -> Iterator[Pixel]:
-    """The channels that a sample of so many bytes may have, without padding first, then with padding at its end."""
+    """Yield the channels that a sample of `sample` bytes may have.
+
+    Without padding first, then with padding at its end.
+    """
     wholes: list[Pixel] = [
         (("sum", "u4"), ("moment", "u4"), ("intensity", "u1")),
         (("sum", "u4"), ("moment", "u4")),
@@ -90,7 +95,10 @@ def _share_of_steps(frames: Floats) -> float:
 
 
 def colour_packing(kind: Group) -> Packing | None:
-    """How the colour images of a kind of command are packed, whichever channel is which; None without an image."""
+    """Return how the colour images of a kind of command are packed.
+
+    Whichever channel is which; None without an image.
+    """
     shape = colour_shape(kind)
     data = None if shape is None else _samples(kind, shape)
     if shape is None or data is None:

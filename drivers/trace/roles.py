@@ -1,4 +1,7 @@
-"""Guesses the role of each kind of command from the data that it moves and its order, with the evidence."""
+"""Guesses the role of each kind of command, with the evidence.
+
+From the data that it moves and its order.
+"""
 
 from __future__ import annotations
 
@@ -85,7 +88,10 @@ def pitch_shape(kind: Group) -> Shape | None:
 
 
 def _acting(vendors: Sequence[Exchange], images: Sequence[Group], kinds: Sequence[Group]) -> Iterator[Guess]:
-    """Guesses for commands that read nothing: the one that comes before the images releases the shutter."""
+    """Yield guesses for commands that read nothing.
+
+    The one that comes before the images releases the shutter.
+    """
     acting = [exchange for kind in kinds for exchange in kind.exchanges]
     before = Counter(cdb for cdb in _last_acting_before_images(vendors, images, acting) if cdb)
     releasing = before.most_common(1)[0][0] if before else None

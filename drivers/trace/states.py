@@ -1,4 +1,7 @@
-"""Finds the state in status blocks: what they say before a release, after it, and when the images can be read."""
+"""Finds the state in status blocks.
+
+What they say before a release, after it, and when the images can be read.
+"""
 
 from __future__ import annotations
 
@@ -12,14 +15,20 @@ from drivers.vivid900.profile.template import Checksum
 
 @dataclass(frozen=True)
 class States:
-    """The byte of the status block that has the state, and its values; without `data` when that is as ready."""
+    """The byte of the status block that has the state, and its values.
+
+    Without `data` when that is as ready.
+    """
 
     at: int
     values: dict[str, int]
 
 
 def find_states(exchanges: Sequence[Exchange], guesses: Sequence[Guess], checksum: Checksum | None) -> States | None:
-    """The first byte that changes with a release, changes again before the images, and does so with every shot."""
+    """Return the first byte that changes as a state does.
+
+    With a release, again before the images, and with every capture.
+    """
     courses = list(_courses(exchanges, guesses))
     if not courses:
         return None
@@ -33,9 +42,10 @@ def find_states(exchanges: Sequence[Exchange], guesses: Sequence[Guess], checksu
 
 
 def _courses(exchanges: Sequence[Exchange], guesses: Sequence[Guess]) -> Iterator[tuple[bytes, bytes, bytes]]:
-    """Of every shot the status before the first release, the first one after its own release, and the last.
+    """Yield three statuses of every capture.
 
-    Before later releases the scanner still has the images of the shot before.
+    The one before the first release, the first one after its own release, and the last. Before later releases the
+    scanner still has the images of the capture before.
     """
     role_of = {exchange.number: guess.role for guess in guesses for exchange in guess.group.exchanges}
     before, after, released, is_first = b"", list[bytes](), False, True

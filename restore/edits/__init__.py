@@ -1,1 +1,4 @@
-"""Corrections by hand: their format, their checks, and how they change the sheets of a scan."""
+"""Corrections by hand.
+
+Their format, their checks, and how they change the sheets of a scan.
+"""

@@ -126,7 +126,10 @@ def _corrected(inspected: Inspected, sheet: ScannedSheet, part: PartEdits) -> Sc
 
 
 def _places(scan: RangeScan) -> tuple[Floats, tuple[int, int]]:
-    """(rows, cols, 2) px where each sample lies in the colour image, and the height and width of that."""
+    """Return where each sample is in the colour image, (rows, cols, 2) px.
+
+    Returns also the height and width of the image.
+    """
     if scan.texture is None:
         raise BadInput("areas are drawn on the colour image, and the scan has none", "leave out outline and masks")
     return scan.texture_xy, scan.texture.shape[:2]

@@ -1,4 +1,7 @@
-"""Corrections of a restored page that are made after it was painted: quarter turns and the crop."""
+"""Corrections of a restored page, made after it was textured.
+
+Quarter turns and the crop.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +37,10 @@ def finish_page(page: RestoredPage, part: PartEdits) -> RestoredPage:
 
 
 def crop_page(page: RestoredPage, crop: Crop) -> RestoredPage:
-    """Return the page with a margin round it, or the box of it that a crop names; nothing is sampled again."""
+    """Return the page with a margin, or the box that a crop names.
+
+    Nothing is sampled again.
+    """
     if crop.mode == "paper" or (crop.mode == "margin" and crop.margin_mm == 0):
         return page
     height, width = page.image.shape[:2]
@@ -53,7 +59,10 @@ def crop_page(page: RestoredPage, crop: Crop) -> RestoredPage:
 
 
 def _cropped(values: NDArray[Any], edges: Ints, empty: Any) -> NDArray[Any]:
-    """An array (h, w, …) within edges (left, top, right, bottom), which may lie outside it."""
+    """Crop an array (h, w, …) to edges (left, top, right, bottom).
+
+    The edges may lie outside it.
+    """
     left, top, right, bottom = edges.tolist()
     height, width = values.shape[:2]
     cut = np.full((bottom - top, right - left, *values.shape[2:]), empty, values.dtype)

@@ -1,4 +1,7 @@
-"""The format `planish-edits`: what an operator corrects on a page, anchored in the scan's own image."""
+"""The format `planish-edits`: what an operator corrects on a page.
+
+It is anchored in the scan's own image.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,10 @@ STRICT = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=Fals
 
 
 class Mask(BaseModel):
-    """An area of the image. what: remove a finger, weight or clip; keep paper that was not found."""
+    """Area of the image.
+
+    what: remove a finger, weight or clip; keep paper that was not found.
+    """
 
     model_config = STRICT
     what: Literal["remove", "keep"]
@@ -33,7 +39,10 @@ class Mask(BaseModel):
 
 
 class Crop(BaseModel):
-    """What of a page is shown: to the edge of the paper, so much beyond it, or a box from its upper left corner."""
+    """What of a page is shown.
+
+    To the edge of the paper, a margin beyond it, or a box from its upper left corner.
+    """
 
     model_config = STRICT
     mode: Literal["paper", "margin", "box"] = "paper"
@@ -125,7 +134,10 @@ class PageEdits(BaseModel):
         return self
 
     def canonical(self) -> bytes:
-        """The corrections as JSON with sorted keys and points to a hundredth: equal ones have equal bytes."""
+        """Return the corrections as canonical JSON.
+
+        Keys are sorted and points are to a hundredth: equal corrections have equal bytes.
+        """
         return json.dumps(_rounded(self.model_dump(mode="json")), sort_keys=True, separators=(",", ":")).encode()
 
     def given(self) -> dict[str, Any]:

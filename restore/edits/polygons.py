@@ -16,9 +16,10 @@ HINT = "draw it again"
 
 
 def checked_polygon(points: Sequence[tuple[float, float]], size: tuple[int, int], name: str) -> Floats:
-    """(n, 2) px: a polygon within an image of (height, width); points slightly outside are moved to its edge.
+    """Return a polygon (n, 2) px within an image of (height, width).
 
-    Raises BadInput for one that lies outside, crosses itself or has no area.
+    Points slightly outside are moved to its edge. Raises BadInput for one that lies outside, crosses itself or has no
+    area.
     """
     polygon = within_image(np.array(points, float), size, name)
     crossing = _first_crossing(polygon)
@@ -30,7 +31,10 @@ def checked_polygon(points: Sequence[tuple[float, float]], size: tuple[int, int]
 
 
 def within_image(points: Floats, size: tuple[int, int], name: str) -> Floats:
-    """(n, 2) px: points moved to the edge of an image of (height, width). Raises BadInput for one far outside."""
+    """Move points (n, 2) px to the edge of an image of (height, width).
+
+    Raises BadInput for one far outside.
+    """
     last = np.array([size[1] - 1, size[0] - 1], float)
     clipped = np.clip(points, 0.0, last)
     outside = np.abs(points - clipped).max(axis=1)
@@ -41,7 +45,10 @@ def within_image(points: Floats, size: tuple[int, int], name: str) -> Floats:
 
 
 def inside_polygon(polygon: Floats, places: Floats) -> Mask:
-    """(rows, cols) True where places (rows, cols, 2) px lie within a polygon (n, 2) px."""
+    """Return which places (rows, cols, 2) px are within a polygon.
+
+    polygon: (n, 2) px. Returns (rows, cols) bool.
+    """
     x, y = places[..., 0], places[..., 1]
     inside = np.zeros(x.shape, bool)
     for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
@@ -52,7 +59,10 @@ def inside_polygon(polygon: Floats, places: Floats) -> Mask:
 
 
 def _first_crossing(polygon: Floats) -> tuple[int, int] | None:
-    """The numbers of the first two sides of a polygon (n, 2) that cross; None where none do."""
+    """Return the first two sides of a polygon (n, 2) that cross.
+
+    By their numbers; None where none do.
+    """
     a, b = polygon, np.roll(polygon, -1, axis=0)
 
     def turn(p: Floats, q: Floats, r: Floats) -> Floats:

@@ -1,1 +1,1 @@
-"""Where the spine of an opened book is, whether it is one, and its leaves as separate sheets."""
+"""The spine of an opened book, and its leaves as separate sheets."""

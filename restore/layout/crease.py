@@ -1,4 +1,7 @@
-"""Place the spine within a sample: where the surfaces left and right of it meet in each row of the range image."""
+"""Places the spine within a sample.
+
+Where the surfaces left and right of it meet in each row of the range image.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from restore.scan import Floats, Ints
 BESIDE = 2  # samples on either side of the crease that its facet may have mixed
 SPAN = 7  # samples of each wall that a parabola is fitted to, the width of a facet
 MAX_MOVE = 5.0  # samples from the first place: two of a facet's half widths, and the rounding of that place
-INDEPENDENT = 7  # rows that share their samples, as facets average so many
+INDEPENDENT = 7  # rows with common samples: a facet averages that many
 HIDDEN = 12  # samples on either side in which the measured walls begin
 MIN_ROWS = 10  # that a line is fitted to
 OUTLIER_SIGMAS = 4.0
@@ -35,11 +38,13 @@ class Crease(NamedTuple):
 
 
 def place_crease(sheet: Sheet, rows: Floats, cols: Floats) -> Crease | None:
-    """Return the line in which two walls meet near grid positions rows (n,), cols (n,); None where they do not.
+    """Return the line in which two walls meet near grid positions.
 
     In each row the inverse depth of either wall is continued by a parabola, and the two cross within a sample. A fold
     that is straight in space is straight in the image, so a line is fitted to all crossings, or a parabola if that
     halves the residual.
+    rows, cols: (n,).
+    Returns None where the walls do not meet.
     """
     row = np.unique(np.rint(rows).astype(int))
     row = row[(row >= 0) & (row < sheet.inside.shape[0])]
@@ -57,7 +62,10 @@ def place_crease(sheet: Sheet, rows: Floats, cols: Floats) -> Crease | None:
 
 
 def _hidden(sheet: Sheet, row: Ints, col: Floats) -> float:
-    """Samples at the crease that gave no range, in the median of rows (n,): it may be anywhere among them."""
+    """Return the samples at the crease that gave no range.
+
+    In the median of rows (n,): the crease may be anywhere among them.
+    """
     reach = np.arange(-HIDDEN, HIDDEN + 1)
     at = np.clip(np.rint(col).astype(int)[:, None] + reach, 0, sheet.measured.shape[1] - 1)
     measured = sheet.measured[row[:, None], at]

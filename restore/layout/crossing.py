@@ -1,7 +1,8 @@
-"""Print that runs over a spine: a picture or a line of text across an opening, which must not be cut.
+"""Print that runs over a spine and must not be cut.
 
-The light in a gutter changes across it and hardly along it. Print changes along it, too, or has another colour than the
-paper; it runs over the spine where it does so on both sides at the same height.
+It is a picture or a line of text across an opening. The light in a gutter changes across it and hardly along it. Print
+changes along it, too, or has another colour than the paper; it runs over the spine where it does so on both sides at
+the same height.
 """
 
 from __future__ import annotations
@@ -23,14 +24,15 @@ BLUR_PX = 1.0  # against the noise of the picture
 STEP = 0.02  # change from row to row, of the local level, that print makes and noise does not
 LEVEL_MM = 4.0  # of the height over which the level is averaged
 DARKEST = 12.0  # grey levels: below, the noise is as large as what print leaves
-COLOUR = 0.06  # of the share of one channel: more than the tint that the walls of a gutter throw on each other
+COLOUR = 0.06  # of the fraction of one channel: more than the tint that the walls of a gutter throw on each other
 BRIGHT = 0.5  # quantile of the page's brightness above which it is paper
 
 
 def print_over_spine(fine: FlatMesh, place: Floats) -> float | None:
-    """Return the fraction of the height at which print runs over a spine; None without a picture.
+    """Return the fraction of the height at which print runs over a spine.
 
     place: (n, 2) mm on the flat page from its upper left corner, x right, y down, from head to tail.
+    Returns None without a picture.
     """
     if fine.texture is None or fine.texcoords is None:
         return None
@@ -49,7 +51,10 @@ def print_over_spine(fine: FlatMesh, place: Floats) -> float | None:
 
 
 def _strip(fine: FlatMesh, place: Floats) -> tuple[NDArray[np.float32] | None, Floats]:
-    """(h, w, 2) texture pixels of a strip along the spine, made straight; (w,) mm from the spine. None off the page."""
+    """Return texture pixels (h, w, 2) of a straightened strip at the spine.
+
+    None off the page. Returns also (w,) mm from the spine.
+    """
     corner = np.array([fine.flat[:, 0].min(), fine.flat[:, 1].max()])
     down = corner[1] - fine.flat[:, 1]
     from_spine = fine.flat[:, 0] - corner[0] - np.interp(down, place[:, 1], place[:, 0])
@@ -67,7 +72,12 @@ def _strip(fine: FlatMesh, place: Floats) -> tuple[NDArray[np.float32] | None, F
 
 
 def _steps(picture: Bytes, side: Mask) -> Mask:
-    """(h,) True where a side (h, w) of a strip (h, w, 3) changes from row to row by more than noise does."""
+    """Return the rows (h,) in which a side of a strip changes.
+
+    From row to row by more than noise does.
+    picture: (h, w, 3).
+    side: (h, w).
+    """
     grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.float32)
     change = np.abs(cv2.Sobel(cv2.GaussianBlur(grey, (0, 0), BLUR_PX), cv2.CV_32F, 0, 1, ksize=3)) / 8
     rows = int(LEVEL_MM * DPI / MM_PER_INCH) | 1
@@ -79,7 +89,13 @@ def _steps(picture: Bytes, side: Mask) -> Mask:
 
 
 def _coloured(picture: Bytes, side: Mask, paper: Floats) -> Mask:
-    """(h,) True where a side (h, w) of a strip (h, w, 3) has another colour than paper (3,), brightness apart."""
+    """Return the rows (h,) in which a side has another colour than paper.
+
+    Brightness apart.
+    picture: (h, w, 3).
+    side: (h, w).
+    paper: (3,).
+    """
     values = picture.astype(float)
     total = values.sum(axis=2)
     away = np.abs(values / np.maximum(total, 1.0)[..., None] - paper).max(axis=2)
@@ -87,7 +103,11 @@ def _coloured(picture: Bytes, side: Mask, paper: Floats) -> Mask:
 
 
 def _quantile(values: Floats) -> Floats:
-    """(h,): the value that a tenth of each row (h, w) exceeds, 0 for a row without."""
+    """Return the value that a tenth of each row exceeds, (h,).
+
+    0 for a row without values.
+    values: (h, w).
+    """
     known = np.isfinite(values).any(axis=1)
     result = np.zeros(len(values))
     result[known] = np.nanpercentile(values[known], 90, axis=1)
@@ -95,7 +115,10 @@ def _quantile(values: Floats) -> Floats:
 
 
 def _paper_colour(fine: FlatMesh) -> Floats:
-    """(3,) share of each channel in the brighter half of the page."""
+    """Return the fraction (3,) of each channel in the brighter half.
+
+    Of the page.
+    """
     assert fine.texture is not None and fine.texcoords is not None
     x, y = np.rint(fine.texcoords).astype(int).T
     height, width = fine.texture.shape[:2]

@@ -13,7 +13,7 @@ BANDS = 0.9  # of the height: a spine runs from head to tail
 LEAN_DEG = 2.5  # a spine is parallel to the sides of the page, as far as a binder cuts at right angles
 SIGMA_MM = 1.0  # a cut that is placed worse may take letters
 OTHER = (
-    0.35  # of the valley: another valley or ridge of so much is one of the creases of a map, letter or crumpled page
+    0.35  # of the valley: another valley or ridge of that much is one of the creases of a map, letter or crumpled page
 )
 NO_PRINT, PRINT = 0.002, 0.02  # of the height: between them it is not clear whether print runs over the spine
 STRIP_OF_LEAF = 0.35  # of a leaf of the volume: less is a strip of the facing page
@@ -23,7 +23,11 @@ STRIP_OF_WHOLE = 0.2  # of the whole, where the size of a leaf is not known
 def decide(
     spine: Spine | None, crossing: float | None, widths_mm: tuple[float, float] | None, prior: BookPrior | None
 ) -> LayoutFinding:
-    """The finding on a spine, over which print runs along a fraction of its height, with widths left and right."""
+    """Return the finding on a spine.
+
+    crossing: fraction of its height over which print runs.
+    widths_mm: left and right of it.
+    """
     if spine is None or widths_mm is None:
         return LayoutFinding("whole", "no", None, reasons=("the surface has no valley from head to tail",))
     is_spine, reason = _is_spine(spine)

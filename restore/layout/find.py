@@ -1,4 +1,7 @@
-"""Find the layout of a scan: look for a spine on the flattened whole, and decide whether it is one."""
+"""Finds the layout of a scan.
+
+It looks for a spine on the flattened whole, and decides whether it is one.
+"""
 
 from __future__ import annotations
 
@@ -47,10 +50,11 @@ class Inspected:
 
 @checks_types
 def find_layout(scan: RangeScan | SurfaceMesh | ScannedSheet, prior: BookPrior | None = None) -> LayoutFinding:
-    """Find where the spine of an opened book is, and whether it is one; the scan is not changed.
+    """Find where the spine of an opened book is, and whether it is one.
 
+    The scan is not changed.
     prior: size of a leaf of the volume, by which a strip of the facing page is known.
-    Raises NotEnoughSurface when there is no page in the scan, BadInput when the scan cannot be used.
+    Raises NotEnoughSurface when the scan shows no page, BadInput when it cannot be used.
 
     >>> from drivers.simulated import Facing, Opening, shoot
     >>> scan, truth = shoot(Opening(), Facing(left_mm=100.0), mode="fast", page_mm=(200.0, 140.0))
@@ -70,7 +74,10 @@ def untimed(_stage: str) -> Iterator[None]:
 def inspect(
     scan: RangeScan | SurfaceMesh | ScannedSheet, settings: Settings, clock: Clock, prior: BookPrior | None = None
 ) -> Inspected:
-    """Find the layout of a scan, with the sheets that were found and flattened on the way; clock(stage) times them."""
+    """Find the layout of a scan, with the sheets found on the way.
+
+    They are flattened; clock(stage) times the stages.
+    """
     with clock("prepare"):
         sheets = [scan] if isinstance(scan, ScannedSheet) else separate_sheets(scan)
         leaves = [sheet for sheet in sheets if sheet.part]
@@ -90,7 +97,10 @@ def inspect(
 
 
 def look(prepared: Prepared, unrolled: Unrolled, prior: BookPrior | None) -> tuple[LayoutFinding, Crease | None]:
-    """Find the spine on a flattened sheet; where the sheet has a grid, with its place on that."""
+    """Find the spine on a flattened sheet.
+
+    Where the sheet has a grid, with its place on that.
+    """
     fine = unrolled.fine
     up = np.linalg.lstsq(np.column_stack([fine.flat, np.ones(len(fine.flat))]), fine.vertices)[0][1]
     spine = find_spine(tilt_map(prepared.normals_on(fine, MM_PER_INCH * PER_MM, np.eye(3)), up))
@@ -129,7 +139,11 @@ def _mm_across(prepared: FacetSheet, unrolled: Unrolled, crease: Crease) -> floa
 
 
 def _along(fine: FlatMesh, values: Floats, place: Floats) -> Floats:
-    """(n, k): values (m, k) of the vertices of a flat page at the rows of a place (p, 2) mm on it, where it has any."""
+    """Return values (n, k) at the rows of a place, where the page has any.
+
+    values: (m, k), of the vertices of a flat page.
+    place: (p, 2) mm on it.
+    """
     on_page = page_map(fine.flat, fine.faces, values, MM_PER_INCH * PER_MM)
     rows = np.arange(on_page.shape[0])
     cols = np.interp((rows + 0.5) / PER_MM, place[:, 1], place[:, 0]) * PER_MM - 0.5
@@ -138,7 +152,10 @@ def _along(fine: FlatMesh, values: Floats, place: Floats) -> Floats:
 
 
 def _on_texture(fine: FlatMesh, place: Floats) -> Floats | None:
-    """(3, 2) texture pixels of head, middle and tail of a place (n, 2) mm on the flat page; None without a picture."""
+    """Return texture pixels (3, 2) of head, centre and tail of a place.
+
+    place: (n, 2) mm on the flat page. None without a picture.
+    """
     if fine.texture is None or fine.texcoords is None:
         return None
     found = _along(fine, fine.texcoords, place)

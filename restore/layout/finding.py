@@ -1,4 +1,7 @@
-"""What was found of the layout of a scan: where the spine is, whether it is one, and what to do."""
+"""Finding on the layout of a scan.
+
+Where the spine is, whether it is one, and what to do.
+"""
 
 from __future__ import annotations
 
@@ -25,14 +28,14 @@ class BookPrior:
 
 @dataclass(frozen=True, eq=False)
 class LayoutFinding:
-    """Where the spine of a scan is, and, apart from that, whether it is one.
+    """Where the spine of a scan is, and whether it is one.
 
     advice            split: two leaves · left, right: keep that leaf, drop the strip of the other · whole: one page ·
                       ask: the whole, and an operator decides.
     is_spine          sure, unsure or no.
     spine             (n, 2) from head to tail: pixels of the colour image, the centre of its upper left pixel at
                       (0, 0); mm on the flat page, from its upper left corner, y down, for a scan without one; None
-                      where there is no valley.
+                      without a valley.
     frame             `picture` or `page`: in which of the two it is given.
     sigma_mm          standard deviation of its place on the paper.
     turn_deg          turn of the surface across it; negative for a valley.

@@ -1,4 +1,7 @@
-"""A sheet that was flattened while its spine was looked for, and need not be flattened again."""
+"""A sheet that was flattened while its spine was looked for.
+
+It need not be flattened again.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,9 @@ class FlattenedSheet(FacetSheet):
     settings: Settings = field(kw_only=True)
 
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
-        """The flat page that is there, or another for other settings and for who watches its steps."""
+        """Return the flat page that exists, or another.
+
+        For other settings and for a watcher of its steps.
+        """
         same = (settings.points, settings.method) == (self.settings.points, self.settings.method)
         return self.unrolled if same and on_step is None else super().unroll(settings, clock, on_step)

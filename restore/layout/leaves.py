@@ -65,7 +65,10 @@ def find_leaves(
 
 
 def leaves_of(inspected: Inspected, layout: Layout, overlap_mm: float = OVERLAP_MM) -> Leaves:
-    """The sheets that become pages of a scan whose layout was found; arguments and errors as of `find_leaves`."""
+    """Return the sheets that become pages of a scan with a known layout.
+
+    Arguments and errors as of `find_leaves`.
+    """
     finding = inspected.finding
     advice: Advice = finding.advice if layout == "auto" else layout
     if finding.gutter_hidden_mm:

@@ -1,7 +1,8 @@
-"""Find the spine of an opened book on its flat page: the valley in which the surface turns most.
+"""Finds the spine of an opened book on its flat page.
 
-Both walls of a gutter face each other, so the surface normals left and right of the spine differ most, and towards the
-reader. A page then arches back and flattens out; the panels of a folded letter do not.
+It is the valley in which the surface turns most. Both walls of a gutter face each other, so the surface normals left
+and right of the spine differ most, and towards the reader. A page then arches back and flattens out; the panels of a
+folded letter do not.
 """
 
 from __future__ import annotations
@@ -62,7 +63,10 @@ def tilt_map(normals: NDArray[np.float32], up: Floats) -> Floats:
 
 
 def find_spine(tilt: Floats) -> Spine | None:
-    """Return the deepest valley of a tilt map (h, w), PER_MM columns and rows to a millimetre; None without any."""
+    """Return the deepest valley of a tilt map (h, w), None without any.
+
+    PER_MM columns and rows to a millimetre.
+    """
     profile = _band_means(tilt)
     turns = turns_of(profile, WINDOW_MM)
     whole = _median(turns)
@@ -95,9 +99,10 @@ def find_spine(tilt: Floats) -> Spine | None:
 
 
 def turns_of(profile: Floats, window_mm: float) -> Floats:
-    """(bands, w) rad: mean of a profile (bands, w) right of the left border of each column less that left of it.
+    """Return the turns (bands, w) rad of a profile at each left border.
 
-    NaN near the edges of the page.
+    Its mean right of the left border of each column less that left of it; NaN near the edges of the page.
+    profile: (bands, w).
     """
     known = np.isfinite(profile)
     width = profile.shape[1]
@@ -117,7 +122,10 @@ def turns_of(profile: Floats, window_mm: float) -> Floats:
 
 
 def _place_in_bands(profile: Floats, turns: Floats, middle: int) -> tuple[Floats, Floats]:
-    """(bands,) each: border between columns of the valley near `middle`, NaN without one, and its depth in rad."""
+    """Return place and depth of the valley in each band, (bands,) each.
+
+    The place is the border between columns near `middle`, NaN without a valley; the depth is in rad.
+    """
     reach = round(SEARCH_MM * PER_MM)
     first = max(middle - reach, 0)
     near = slice(first, middle + reach + 1)
@@ -134,7 +142,11 @@ def _place_in_bands(profile: Floats, turns: Floats, middle: int) -> tuple[Floats
 
 
 def _band_means(tilt: Floats) -> Floats:
-    """(BANDS, w) rad: the mean of each column of a tilt map (h, w) in each band of rows; NaN where most is off it."""
+    """Return the mean of each column in each band of rows, (BANDS, w) rad.
+
+    NaN where most is off the page.
+    tilt: (h, w).
+    """
     bands = []
     for band in np.array_split(tilt, BANDS):
         known = np.isfinite(band)
@@ -145,7 +157,10 @@ def _band_means(tilt: Floats) -> Floats:
 
 
 def _median(turns: Floats) -> Floats:
-    """(w,): median over the bands, NaN where fewer than half of them are known."""
+    """Return the median (w,) over the bands.
+
+    NaN where fewer than half of them are known.
+    """
     known = 2 * np.isfinite(turns).sum(axis=0) > len(turns)
     median = np.full(turns.shape[1], np.nan)
     median[known] = np.nanmedian(turns[:, known], axis=0)

@@ -23,9 +23,10 @@ SIGMAS = 3.0  # of the place of the spine, that are kept at least
 
 
 def split_at_crease(inspected: Inspected, overlap_mm: float = OVERLAP_MM) -> dict[str, SeparateSheet]:
-    """Return the leaves left and right of the spine of a sheet, each with a strip of the other next to the spine.
+    """Return the leaves left and right of the spine of a sheet.
 
-    Raises BadInput where no valley was found, or for a mesh that no single view shows.
+    Each has a strip of the other next to the spine. Raises BadInput where no valley was found, or for a mesh that no
+    single view shows.
     """
     crease, flattened = inspected.crease, inspected.flattened
     if flattened is None or crease is None:
@@ -48,9 +49,9 @@ def split_at_crease(inspected: Inspected, overlap_mm: float = OVERLAP_MM) -> dic
 
 
 def range_image_of(inspected: Inspected) -> SegmentedScan:
-    """The range image in which the largest sheet of a scan lies: the scanner's own, or the view of a mesh.
+    """Return the range image that shows the largest sheet of a scan.
 
-    Raises BadInput for a mesh that no single view shows.
+    The scanner's own, or the view of a mesh. Raises BadInput for a mesh that no single view shows.
     """
     whole = inspected.largest
     if isinstance(whole, SeparateSheet) and whole.segmented is not None:
@@ -63,7 +64,10 @@ def range_image_of(inspected: Inspected) -> SegmentedScan:
 
 
 def _cols_on(segmented: SegmentedScan, sheet: Sheet, crease: Crease) -> Floats:
-    """(rows,) column of the crease of a sheet in each row of the range image that it was cut out of."""
+    """Return the column (rows,) of the crease of a sheet in each row.
+
+    Of the range image that it was cut out of.
+    """
     down, right = _offset(segmented, sheet)
     rows = np.arange(segmented.inside.shape[0])
     row, col = crease.nodes.T + [[down], [right]]
@@ -73,7 +77,10 @@ def _cols_on(segmented: SegmentedScan, sheet: Sheet, crease: Crease) -> Floats:
 
 
 def _distance(segmented: SegmentedScan, flattened: FlattenedSheet, cols: Floats) -> Floats:
-    """(rows, cols) mm on the paper from a spine at columns (rows,), negative left of it; ±inf off the flat page."""
+    """Return distances (rows, cols) mm on the paper from a spine.
+
+    At columns (rows,); negative left of it; ±inf off the flat page.
+    """
     page = flattened.unrolled
     down, right = _offset(segmented, flattened.sheet)
     height, width = segmented.inside.shape
@@ -90,7 +97,10 @@ def _distance(segmented: SegmentedScan, flattened: FlattenedSheet, cols: Floats)
 
 
 def _cols_at(beyond: Floats, distance: float, cols: Floats) -> Floats:
-    """(rows,) columns at a distance of mm from the spine, of distances (rows, cols); as in other rows where unknown."""
+    """Return the columns (rows,) at a distance of mm from the spine.
+
+    distance: (rows, cols); as in other rows where unknown.
+    """
     found = np.full(len(cols), np.nan)
     for row, values in enumerate(beyond):
         known = np.flatnonzero(np.isfinite(values))

@@ -23,6 +23,7 @@ from restore.shading.divide import divided
 from restore.shading.estimate import DIMMEST, MIN_PAPER, Estimate, Judges, estimate_again, estimate_light
 from restore.shading.horizon_map import fill_nearest
 from restore.shading.paper import paper_candidates
+from restore.shading.print_contrast import loses_print
 from restore.shading.regions import regions_of
 from restore.shading.relief import Field, Relief
 from restore.shading.residual import CONTRAST, Residual, residual_light
@@ -54,10 +55,11 @@ class ShadingResult:
 
 @dataclass(frozen=True, eq=False)
 class PageLight:
-    """The light of a page, found once at LIGHT_DPI and divided out at any resolution.
+    """Light of a page, found once at LIGHT_DPI, removed at any resolution.
 
-    report: JSON values. gain (r, c, 3): by what the cells of the page are multiplied, with the steps of its light that
-    are drawn sharper; both are None where the light is kept.
+    report: JSON values.
+    gain: (r, c, 3), factor on the cells of the page, with the steps of its light that are drawn sharper; both are None
+        where the light is kept.
     """
 
     report: dict[str, Any]
@@ -65,7 +67,12 @@ class PageLight:
     steps: Steps | None = None
 
     def removed_from(self, image: Bytes, mask: Mask, dpi: float) -> ShadingResult:
-        """The page (h, w, 3) uint8 at `dpi` without this light; pixels outside mask (h, w) do not change."""
+        """Return a page at `dpi` without this light.
+
+        Pixels outside the mask do not change.
+        image: (h, w, 3) uint8.
+        mask: (h, w).
+        """
         if self.gain is None or self.steps is None:
             return ShadingResult(image, self.report)
         return ShadingResult(divided(image, mask, LIGHT_DPI / dpi, self.gain, self.steps, MAX_GAIN), self.report)
@@ -109,6 +116,8 @@ def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:
     if not corrected:
         surface = expected
     gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
+    if loses_print(colour, gain, inside):
+        return _kept("print would lose contrast against its surroundings")
     report = {"removed": True, "corrected": corrected, "regions_fraction": regions.share(inside)} | _told_by(found)
     return PageLight(report | _evenness(colour, gain, residual.ground, inside), gain, steps)
 

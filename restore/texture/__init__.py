@@ -1,1 +1,4 @@
-"""The colour image on the flat page: painting, coverage, super-resolution from several shots."""
+"""The colour image on the flat page.
+
+Texturing, coverage, super-resolution from several captures.
+"""

@@ -1,9 +1,10 @@
-"""Coverage of the page: which pixels the camera saw, and on which of them the shape was measured.
+"""Coverage of the page.
 
-The colour of a page pixel is true where nothing occludes it from the camera. The surface there may still be
-interpolated: dark ink absorbs the laser, and photographs of blank paper show nothing to measure. There the shape is
-filled in from its neighbourhood. Where the page occludes itself (behind a fold, on a wall seen edge-on, on a side
-turned away) the texture has the colour of another place, and where the surface has a hole there is none.
+Which pixels the camera saw, and on which of them the shape was measured. The colour of a page pixel is true where
+nothing occludes it from the camera. The surface there may still be interpolated: dark ink absorbs the laser, and
+photographs of blank paper show nothing to measure. There the shape is filled in from its neighbourhood. Where the page
+occludes itself (behind a fold, on a wall seen edge-on, on a side turned away) the texture has the colour of another
+place, and where the surface has a hole it has none.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from restore.scan import Bytes, Floats, Mask
 from restore.texture.occlusion import occluded
 from restore.texture.page import MM_PER_INCH, PAPER, Painting
 
-MAX_HIDDEN = 0.1  # of the page: the gutter of a book hides less, beside the letters that are lost there
+MAX_HIDDEN = 0.1  # of the page: the gutter of a book hides less, even with the letters that are lost there
 MAX_FILLED_MM = 20.0  # across: between two lines of text a page bends little, over a hand's breadth of a book too much
 WIDTH_DPI = 150  # at which widths are measured at least: a pixel is a hundredth of MAX_FILLED_MM
 EDGE_PX = 3.0  # of the picture: the page is painted by interpolation, so its last pixel lies within two of the edge
@@ -70,7 +71,7 @@ class Coverage:
 
     @cached_property
     def mask(self) -> Mask:
-        """(h, w) True where the camera saw the page."""
+        """Return where the camera saw the page, (h, w) bool."""
         return of_kinds(self.seen, VISIBLE)
 
     def fractions(self) -> dict[str, float]:
@@ -82,7 +83,10 @@ class Coverage:
         return {kind.name.lower(): number / page for kind, number in count.items()}
 
     def described(self) -> dict[str, float | None]:
-        """The coverage as the report has it: the shares of the kinds, and `cut`."""
+        """Return the coverage as the report has it.
+
+        The fractions of the kinds, and `cut`.
+        """
         return {**self.fractions(), "cropped_fraction": self.cut}
 
     def findings(self, dpi: float) -> list[Finding]:
@@ -130,7 +134,10 @@ def cover(
 
 
 def seen_part(painting: Painting, coverage: Coverage) -> Painting:
-    """The painted page with what the camera did not see blank; in holes it ends, and has no source."""
+    """Return the textured page, blank where the camera did not see it.
+
+    In holes it ends, and has no source.
+    """
     holes = painting.mask & (coverage.seen == CoverageClass.OUTSIDE)
     image, source, page_source = painting.image, painting.source, painting.page_source
     blank = holes | of_kinds(coverage.seen, (CoverageClass.OCCLUDED, CoverageClass.ERASED))
@@ -151,18 +158,29 @@ def of_kinds(seen: Bytes, kinds: Iterable[CoverageClass]) -> Mask:
 
 
 def hole_findings(page: Mask, kinds: Bytes, dpi: float) -> list[Finding]:
-    """What is to be reported of a page (h, w) whose kinds (h, w) are OUTSIDE in its holes."""
+    """Return the findings on the holes of a page (h, w).
+
+    Its kinds (h, w) are OUTSIDE in them.
+    """
     area = float((page & (kinds == CoverageClass.OUTSIDE)).sum()) * (MM_PER_INCH / dpi) ** 2
     return [Finding.of("holes", area_mm2=area)] if area else []
 
 
 def distance_to(measured: Floats, points: Floats) -> Floats:
-    """(n,) mm from points (n, 3) to the nearest of measured points (k, 3); inf without any."""
+    """Return distances (n,) mm to the nearest measured point.
+
+    inf without any.
+    measured: (k, 3).
+    points: (n, 3).
+    """
     return np.asarray(cKDTree(measured).query(points)[0]) if len(measured) else np.full(len(points), np.inf)
 
 
 def _enclosed_holes(covered: Mask) -> Mask:
-    """(h, w) True in the holes of a mask (h, w): outside it and not connected to the border."""
+    """Return the holes (h, w) of a mask (h, w).
+
+    They are outside it and not connected to the border.
+    """
     outside = np.pad(covered, 1).astype(np.uint8)
     cv2.floodFill(outside, None, (0, 0), 1)
     return outside[1:-1, 1:-1] == 0
@@ -195,12 +213,18 @@ def _outline(page: Mask, rows: slice) -> Mask:
 
 
 def cut_findings(share: float) -> list[Finding]:
-    """What is to be reported of a page that has a fraction of its outline at the edge of the picture."""
+    """Return the findings on a page that is cut off.
+
+    A fraction of its outline is at the edge of the picture.
+    """
     return [Finding.of("cut_off", share)] if share > MAX_CUT else []
 
 
 def filled_findings(seen: Bytes, dpi: float) -> list[Finding]:
-    """What is to be reported of a page (h, w), values of `CoverageClass`, that gave no range over a broad area."""
+    """Return the findings on a page that gave no range over a broad area.
+
+    seen: (h, w), values of `CoverageClass`.
+    """
     across = _across_mm(seen == CoverageClass.INTERPOLATED, dpi)
     return [Finding.of("filled", across_mm=across)] if across > MAX_FILLED_MM else []
 

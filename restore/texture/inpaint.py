@@ -27,10 +27,12 @@ def blank_hidden(image: Bytes, coverage: Coverage) -> Bytes:
 
 
 def inpaint_hidden(image: Bytes, coverage: Coverage, dpi: float, widest_mm: float) -> tuple[Bytes, Coverage]:
-    """The page (h, w, 3), hidden regions up to `widest_mm` wide inpainted, and the coverage that marks them INPAINTED.
+    """Inpaint hidden regions of a page up to `widest_mm` wide.
 
-    Strokes of ink are removed before, or letters would be extended to other letters; paper and broad areas are not.
-    A. Telea, "An image inpainting technique based on the fast marching method", J. Graphics Tools 9(1), 2004.
+    Strokes of ink are removed before, or letters would be extended to other letters; paper and broad areas are not. A.
+    Telea, "An image inpainting technique based on the fast marching method", J. Graphics Tools 9(1), 2004.
+    image: (h, w, 3).
+    Returns the page, and the coverage that marks the regions INPAINTED.
     """
     hidden = coverage.seen == CoverageClass.OCCLUDED
     if widest_mm == 0 or not hidden.any():
@@ -50,7 +52,10 @@ def inpaint_hidden(image: Bytes, coverage: Coverage, dpi: float, widest_mm: floa
 
 
 def _close_strokes(image: Bytes, unknown: NDArray[np.uint8], dpi: float) -> Bytes:
-    """The page (h, w, 3) morphologically closed over strokes of print, unknown pixels left out."""
+    """Close a page (h, w, 3) morphologically over strokes of print.
+
+    Unknown pixels are left out.
+    """
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(STROKE_MM / MM_PER_INCH * dpi / 2) + 1,) * 2)
     unknown_pixels = (unknown > 0)[..., None]
     brightest = cv2.dilate(np.where(unknown_pixels, np.uint8(0), image), kernel)
@@ -58,7 +63,10 @@ def _close_strokes(image: Bytes, unknown: NDArray[np.uint8], dpi: float) -> Byte
 
 
 def _inpaint(image: Bytes, unknown: NDArray[np.uint8], selected: Mask) -> Bytes:
-    """The page (h, w, 3) inpainted in the selected regions, one bounding box at a time to save time."""
+    """Inpaint a page (h, w, 3) in the selected regions.
+
+    One bounding box at a time to save time.
+    """
     out = image.copy()
     margin = 8  # pixels of surroundings, more than the radius of the method
     boxes, count = label(cv2.dilate(selected.astype(np.uint8), np.ones((3, 3), np.uint8)))

@@ -1,4 +1,7 @@
-"""Where the page is not seen by the camera that took its texture: it occludes itself, or is turned away."""
+"""Where the camera of the texture does not see the page.
+
+The page occludes itself, or is turned away.
+"""
 
 from __future__ import annotations
 
@@ -28,12 +31,12 @@ STEEPEST_COSINE = 1.0 / np.hypot(1.0, MAX_SLOPE)
 
 
 def viewpoint(page: FlatMesh) -> Floats | None:
-    """The centre (3,) mm of the camera that took the texture of a page, or None when it was not one pinhole camera.
+    """Return the centre (3,) mm of the camera of a page's texture.
 
-    A picture that was painted, of charts or of the colours of vertices, is not a camera's, however like one's it is.
-    Nor is a chart that the surface was flattened to, though a camera before or behind the page may come near to it. Of
-    a camera as good as at infinity the projection does not determine on which side of the page it was: on the side that
-    most faces are turned to.
+    None when it was not one pinhole camera. A picture that was drawn, of charts or of the colours of vertices, is not a
+    camera's, however like one's it is. Nor is a chart that the surface was flattened to, though a camera before or
+    behind the page may come near to it. Of a camera as good as at infinity the projection does not determine on which
+    side of the page it was: on the side that most faces are turned to.
     """
     camera = _page_camera(page)
     if camera is None:
@@ -44,7 +47,7 @@ def viewpoint(page: FlatMesh) -> Floats | None:
 
 
 def _page_camera(page: FlatMesh) -> Floats | None:
-    """(3, 4) the pinhole camera that took the texture of a page, or None when it was not one."""
+    """Return the pinhole camera (3, 4) that took a page's texture, or None."""
     if page.texcoords is None or "oversampling" in page.provenance:
         return None
     camera = pinhole_camera(page.vertices, page.texcoords)
@@ -56,9 +59,12 @@ def _is_far(page: FlatMesh, centre: Floats) -> bool:
 
 
 def _is_chart(page: FlatMesh, texcoords: Floats, camera: Floats) -> bool:
-    """Whether the areas of faces in the texture, texcoords (n, 2) pixels, are those on the surface rather than those
-    that a camera (3, 4) sees: then it was flattened, and not photographed. A camera that took it explains them better
-    by far, as noise lies along its rays."""
+    """Return whether the texture was flattened, and not photographed.
+
+    Then the areas of faces in the texture are those on the surface rather than those that a camera (3, 4) sees. A
+    camera that took it explains them better by far, as noise lies along its rays.
+    texcoords: (n, 2) pixels.
+    """
     on_surface = np.linalg.norm(face_normals(page.vertices, page.faces), axis=1)
     in_texture, in_view = (
         np.abs(signed_areas(pixels, page.faces)) for pixels in (texcoords, projected(page.vertices, camera))
@@ -72,7 +78,10 @@ def _is_chart(page: FlatMesh, texcoords: Floats, camera: Floats) -> bool:
 
 
 def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi: float) -> Mask:
-    """(h, w) True where the page is turned away from the camera, seen edge-on, or occluded by itself (z-buffer)."""
+    """Return where the page is turned away, edge-on, or occluded by itself.
+
+    By a z-buffer. Returns (h, w) bool.
+    """
     assert fine.texcoords is not None and fine.texture is not None
     distance = np.linalg.norm(fine.vertices - camera_centre, axis=1)
     turned_away = _turned_away(fine, camera_centre)
@@ -105,9 +114,10 @@ def _corners_alone(fine: FlatMesh) -> FlatMesh:
 
 
 def _turned_away(fine: FlatMesh, camera_centre: Floats) -> Mask:
-    """(m,) True for faces that the camera at a centre (3,) mm sees from behind or edge-on.
+    """Return the faces (m,) that the camera sees from behind or edge-on.
 
     Of a picture that is mirrored to the surface, it is the other side of the faces that the camera saw.
+    camera_centre: (3,) mm.
     """
     cosine = _cosines(fine, camera_centre)
     seen = -cosine if _is_mirrored(cosine) else cosine
@@ -115,7 +125,10 @@ def _turned_away(fine: FlatMesh, camera_centre: Floats) -> Mask:
 
 
 def _cosines(fine: FlatMesh, camera_centre: Floats) -> Floats:
-    """(m,) cosines of the angles between the normals of the faces and the way to the camera at a centre (3,) mm."""
+    """Return cosines (m,) between face normals and the camera direction.
+
+    camera_centre: (3,) mm.
+    """
     a, b, c = (fine.vertices[fine.faces[:, k]] for k in range(3))
     normals, to_camera = face_normals(fine.vertices, fine.faces), camera_centre - (a + b + c) / 3
     scale = np.linalg.norm(normals, axis=1) * np.linalg.norm(to_camera, axis=1)
@@ -123,15 +136,18 @@ def _cosines(fine: FlatMesh, camera_centre: Floats) -> Floats:
 
 
 def _is_mirrored(cosines: Floats) -> bool:
-    """Whether most faces are turned away from the camera that took their picture: none can see them so."""
+    """Return whether most faces are turned away from their camera.
+
+    No camera can see them so.
+    """
     return bool((cosines < 0.0).mean() > 0.5)
 
 
 def mirror_findings(page: FlatMesh) -> list[Finding]:
-    """What is to be reported of a page whose picture and surface are mirror images of each other.
+    """Return the findings on a mirrored page.
 
-    A camera near the page shows it by the side of the faces that it was on; without one the orientation of the faces in
-    the file does, which `load_scan` and `prepare` note.
+    Its picture and surface are mirror images of each other. A camera near the page shows it by the side of the faces
+    that it was on; without one the orientation of the faces in the file does, which `load_scan` and `prepare` note.
     """
     camera = _page_camera(page)
     if camera is not None and not _is_far(page, centre := centre_of(camera)):

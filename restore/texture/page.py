@@ -24,7 +24,7 @@ from restore.texture.sampling import sample_scaled
 
 MM_PER_INCH = 25.4
 PAPER = 255  # outside the page: white, as a copier leaves it
-OVERSAMPLING_TOLERANCE = 0.05  # a source finer than the page by so small a share is sampled once for each pixel
+OVERSAMPLING_TOLERANCE = 0.05  # a source finer than the page by so small a fraction is sampled once for each pixel
 LIGHT_DIRECTION = np.array([-0.4, 0.4, 0.825])  # a unit vector
 MAX_PIXELS = 400_000_000  # a larger page is an error in units or dpi
 KEPT_PIXELS = 2**24  # of a page whose map is kept, 128 MB; that of a larger one is drawn again where it is needed
@@ -78,7 +78,10 @@ class Painting:
 
 
 def paint_page(page: FlatMesh, dpi: float) -> Painting:
-    """Paint the texture of a flat page at `dpi`; a page without texture shows the relief of its surface."""
+    """Texture a flat page at `dpi`.
+
+    A page without texture shows the relief of its surface. The image is (h, w, 3).
+    """
     if page.texture is None or page.texcoords is None:
         return _paint_relief(page, dpi)
     image, mask, source, ppi = _paint_texture(page, dpi)
@@ -88,7 +91,10 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
 
 
 def _paint_texture(page: FlatMesh, dpi: float) -> tuple[Bytes, Mask, SourceMap, float]:
-    """The texture painted on a flat page at `dpi`: image, mask and source as in `Painting`, pixels per inch."""
+    """Draw the texture on a flat page at `dpi`.
+
+    Returns image, mask and source as in `Painting`, pixels per inch.
+    """
     assert page.texture is not None and page.texcoords is not None
     ppi = sampling_ppi(page.flat, page.faces, page.texcoords)
     # A page coarser than its source is oversampled and block-averaged, so that no texture pixel is skipped.
@@ -130,7 +136,10 @@ def _source_rows(page: FlatMesh, dpi: float, factor: int, rows: slice) -> PageMa
 
 
 def texture_mtf50(page: FlatMesh) -> float | None:
-    """The MTF50 in cycles per pixel of the texture of a page, by the edges of print and paper; None with too few."""
+    """Return the MTF50 of a page's texture, cycles per pixel.
+
+    By the edges of print and paper; None with too few.
+    """
     assert page.texture is not None and page.texcoords is not None
     covered = rasterise(page.texcoords, page.faces, np.zeros((len(page.texcoords), 1)), *page.texture.shape[:2])
     return print_or_outline_mtf50(page.texture, np.isfinite(covered[..., 0]))
@@ -146,8 +155,10 @@ def _mixed_edge_pixels(page: FlatMesh) -> int:
 
 
 def picture_size(flat: Floats, dpi: float, *, oversampling: int = 1) -> tuple[int, int]:
-    """Width and height in pixels of the picture of a page, flat (n, 2) mm, at `dpi` times `oversampling`.
+    """Return width and height in pixels of the picture of a page.
 
+    At `dpi` times `oversampling`.
+    flat: (n, 2) mm.
     Raises BadInput when the page would be too large for any memory.
     """
     extents = np.ptp(flat, axis=0) * dpi / MM_PER_INCH
@@ -192,17 +203,24 @@ def sampling_ppi(flat: Floats, faces: Ints, pixels: Floats) -> float:
 
 
 def median_over_area(values: Floats, areas: Floats, *, share: float = 0.5) -> float:
-    """The value that half of the area does not exceed, or another share of it, of values (m,) on areas (m,)."""
+    """Return the value that half of the area does not exceed.
+
+    values, areas: (m,).
+    share: another fraction of the area.
+    """
     order = np.argsort(values)
     middle = np.searchsorted(np.cumsum(areas[order]), areas.sum() * share)
     return float(values[order][min(middle, len(order) - 1)])
 
 
 def extend_edge_colours(texture: Bytes, texcoords: Floats, faces: Ints, *, mixed_pixels: int = 1) -> Bytes:
-    """The texture (h, w, 3) with the colour of the sheet extended past its edge, where pixels are mixed with the table.
+    """Extend the colour of the sheet past its edge in the texture.
 
-    texcoords (n, 2) texture pixels and faces (m, 3) delimit the sheet in the texture; `mixed_pixels` is the width of
-    the mixed band at its edge: more than one after super-resolution, 0 where the colour is pure up to the edge.
+    Pixels there are mixed with the table.
+    texture: (h, w, 3).
+    texcoords, faces: (n, 2) texture pixels and (m, 3), delimit the sheet.
+    mixed_pixels: width of the mixed band at its edge: more than one after super-resolution, 0 where the colour is pure
+        up to the edge.
     """
     covered = rasterise(texcoords, faces, np.zeros((len(texcoords), 1)), *texture.shape[:2])[..., 0]
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
@@ -211,7 +229,11 @@ def extend_edge_colours(texture: Bytes, texcoords: Floats, faces: Ints, *, mixed
 
 
 def nearest_colours(texture: Bytes, known: Mask) -> Bytes:
-    """The texture (h, w, 3) where it is known (h, w), and elsewhere the colour of the nearest pixel that is."""
+    """Fill unknown texture with the colour of the nearest known pixel.
+
+    texture: (h, w, 3).
+    known: (h, w).
+    """
     nearest, unknown = distance_transform_edt(~known, return_distances=False, return_indices=True), np.nonzero(~known)
     extended = texture.copy()
     extended[unknown] = texture[tuple(nearest[:, *unknown])]
@@ -228,7 +250,10 @@ def _paint_relief(page: FlatMesh, dpi: float) -> Painting:
 
 
 def _block_average(image: Bytes, factor: int) -> Bytes:
-    """(h // factor, w // factor, 3) means of blocks of `factor` × `factor` pixels."""
+    """Average blocks of `factor` × `factor` pixels.
+
+    Returns (h // factor, w // factor, 3).
+    """
     size = (image.shape[1] // factor, image.shape[0] // factor)
     smaller: Bytes = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
     return smaller

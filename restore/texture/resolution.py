@@ -1,4 +1,4 @@
-"""What a picture of a page resolves, measured on the edges of its print and of its paper.
+"""What a picture of a page resolves, by the edges of print and paper.
 
 Windows that hold one edge and flat light on either side are found; the edge is located in each to a fraction of a pixel
 and the light of all, from 0 to 1, is sorted by the distance to it: the edge spread function, in quarters of a pixel.
@@ -28,7 +28,7 @@ MAX_EDGES = 400
 FLAT = 0.12  # of the step: a super-resolved edge rings by as much, another stroke in the window makes more
 MISFIT = 0.06  # rms, of the step
 MIN_STEP = 0.06  # of full light: several times the noise
-HIGH = 0.5  # of the step that nine in ten do not exceed: ink and table beside paper, and no shade or relief
+HIGH = 0.5  # of the step that nine in ten do not exceed: ink and table next to paper, not shade or relief
 MIN_EDGES = 8  # windows
 STEPS = 7  # of Gauss and Newton: they settle in five or six
 BINS = 4  # to a pixel
@@ -42,10 +42,10 @@ Light = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Resolution:
-    """What a picture resolves on the page.
+    """Resolution of a picture on the page.
 
-    sampling_ppi  its pixels per inch of paper, 0 without a picture.
-    mtf50         cycles per pixel at which its edges have half their contrast, None where it has too few to tell.
+    sampling_ppi: its pixels per inch of paper, 0 without a picture.
+    mtf50: cycles per pixel at which its edges have half their contrast, None where it has too few to measure it.
     """
 
     sampling_ppi: float
@@ -53,7 +53,10 @@ class Resolution:
 
     @property
     def resolved_ppi(self) -> float | None:
-        """2 · MTF50 per inch of paper, at most the sampling; 0 without a picture, None where it cannot be measured."""
+        """Return 2 · MTF50 per inch of paper, at most the sampling.
+
+        0 without a picture, None where it cannot be measured.
+        """
         if not self.sampling_ppi:
             return 0.0
         return None if self.mtf50 is None else self.sampling_ppi * resolved_fraction(self.mtf50)
@@ -71,17 +74,21 @@ class Resolution:
 
 
 def resolved_fraction(mtf50: float | None) -> float:
-    """The effective pixels, at most 1, to a pixel of a picture of MTF50 cycles per pixel; 1 where that is unknown."""
+    """Return the effective pixels, at most 1, to a pixel of a picture.
+
+    Its MTF50 is in cycles per pixel; 1 where that is unknown.
+    """
     return 1.0 if mtf50 is None else min(1.0, 2.0 * mtf50)
 
 
 def print_or_outline_mtf50(picture: Bytes, page: Mask, rim: float = 0.0) -> float | None:
-    """The MTF50 in cycles per pixel of a picture (h, w, 3) that shows a page where page (h, w) is True.
+    """Return the MTF50 of a picture's print, or of the page's outline.
 
+    The outline counts where print has too few edges; it may lie higher or lower than the print and have a shadow.
+    picture: (h, w, 3).
+    page: (h, w), True where it shows the page.
     rim: pixels to which the outline of the page is known.
-
-    It is that of the print. Where this has too few edges it is that of the page's outline, which may lie higher or
-    lower than the print and have a shadow; None where both have too few.
+    Returns cycles per pixel, None where both have too few edges.
     """
     window = np.ones((2 * (HALF + ceil(rim)) + 1,) * 2, np.uint8)
     inner, outer = (morph(page.astype(np.uint8), window) > 0 for morph in (cv2.erode, cv2.dilate))
@@ -90,10 +97,12 @@ def print_or_outline_mtf50(picture: Bytes, page: Mask, rim: float = 0.0) -> floa
 
 
 def edge_mtf50(picture: Bytes, mask: Mask) -> float | None:
-    """The MTF50 in cycles per pixel of a picture (h, w, 3) where mask (h, w) is True.
+    """Return the MTF50 of a picture in cycles per pixel.
 
-    None when fewer than MIN_EDGES edges are found. Edges too wide for a window are measured in smaller copies, whose
-    averaging is divided out.
+    Edges too wide for a window are measured in smaller copies, corrected for their averaging.
+    picture: (h, w, 3).
+    mask: (h, w), where to measure.
+    Returns None when fewer than MIN_EDGES edges are found.
     """
     light = _linear(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
     inside = mask.astype(np.uint8)
@@ -113,10 +122,11 @@ def edge_mtf50(picture: Bytes, mask: Mask) -> float | None:
 
 
 def mtf50_of(distance: Floats, share: Floats, reach: float, level: int = 0) -> float:
-    """The frequency, cycles per pixel, at which the spectrum of an edge falls to a half.
+    """Return the frequency at which the spectrum of an edge falls to half.
 
-    share (n,): light at distances (n,) pixels from the edge, up to `reach`. level: halvings of the picture, of which
-    the averaging over two pixels is divided out.
+    In cycles per pixel, corrected for the averaging of smaller copies.
+    distance, share: (n,), pixels from the edge, up to `reach`, and the light there.
+    level: halvings of the picture, each over two pixels.
     """
     half = int(reach * BINS)
     number = np.rint(distance * BINS).astype(int) + half
@@ -138,9 +148,10 @@ def mtf50_of(distance: Floats, share: Floats, reach: float, level: int = 0) -> f
 
 
 def _tapered(count: int, share: float) -> Floats:
-    """(count,) weights: 1 in the middle, and over half a share at either end a cosine down to 0 (Tukey's window).
+    """Return Tukey's window, weights (count,).
 
-    That of scipy.signal, whose import takes a third of the time that this package takes to start.
+    1 in the centre, and over half a `share` at either end a cosine down to 0. That of scipy.signal, whose import takes
+    a third of the time that this package takes to start.
     """
     from_end = np.arange(count) / (share * (count - 1) / 2)
     return 0.5 - 0.5 * np.cos(np.pi * np.clip(np.minimum(from_end, from_end[::-1]), 0.0, 1.0))
@@ -153,7 +164,10 @@ def _linear(grey: Bytes) -> Light:
 
 
 def _edges(light: Light, inside: Mask) -> list[Floats]:
-    """For each edge the distances of the pixels round it from it, and their light, 0 and 1 on either side: (2, k)."""
+    """Return distances and light of the pixels round each edge, (2, k).
+
+    Light is 0 and 1 on either side.
+    """
     places, turn, rise = _candidates(light, inside)
     high = rise >= HIGH * np.quantile(rise, 0.9) if len(rise) else rise > 0
     places, turn, rise = places[high], turn[high], rise[high]
@@ -162,8 +176,11 @@ def _edges(light: Light, inside: Mask) -> list[Floats]:
 
 
 def _candidates(light: Light, inside: Mask) -> tuple[Ints, Floats, Floats]:
-    """Pixels (n, 2), as row and column, where a step crosses a window that is flat on either side of it; the direction
-    in which its light rises, radians, and by how much."""
+    """Return pixels (n, 2) of isolated steps, their direction and height.
+
+    As row and column, where a step crosses a window that is flat on either side of it; the direction in which its light
+    rises in radians.
+    """
     found = [
         _isolated(light, *_steepest(light, inside, (top, left)))
         for top in range(0, light.shape[0], TILE)
@@ -179,7 +196,10 @@ def _none() -> tuple[Ints, Floats, Floats]:
 
 
 def _steepest(light: Light, inside: Mask, corner: tuple[int, int]) -> tuple[Ints, Floats]:
-    """The steepest pixels (n, 2) of small squares of a tile, with room for a window, and where their light rises."""
+    """Return the steepest pixels (n, 2) of small squares of a tile.
+
+    With room for a window, and where their light rises.
+    """
     reach = HALF + LATERAL + 1
     rows, cols = (
         slice(max(start, reach), min(start + TILE, size - reach))
@@ -200,7 +220,10 @@ def _steepest(light: Light, inside: Mask, corner: tuple[int, int]) -> tuple[Ints
 
 
 def _isolated(light: Light, places: Ints, turn: Floats) -> tuple[Ints, Floats, Floats]:
-    """Those of the places (n, 2) whose light is flat on either side of the step, its direction and its height."""
+    """Return the places with flat light on either side of the step.
+
+    Of places (n, 2), with its direction and its height.
+    """
     along, across = np.meshgrid(np.linspace(-LATERAL, LATERAL, 5), np.arange(PLATEAU, HALF + 1))
     sides = []
     for sign in (-1, 1):
@@ -214,14 +237,14 @@ def _isolated(light: Light, places: Ints, turn: Floats) -> tuple[Ints, Floats, F
 
 
 def _fitted(light: Light, places: Ints, turn: Floats) -> list[Floats]:
-    """For each edge that one step explains: distances of pixels from it, and light (2, k)."""
+    """Return distances and light (2, k) of each edge that one step explains."""
     reach = HALF + LATERAL
     y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
     values = light[places[:, :1] + y, places[:, 1:] + x].astype(float)
     across = np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y
     along = np.cos(turn)[:, None] * y - np.sin(turn)[:, None] * x
     inside = (np.abs(across) <= HALF) & (np.abs(along) <= LATERAL)
-    # Three pixels in four lie beside the turned window: those in it come first, and the rest is left out.
+    # Three pixels in four lie outside the turned window: those in it come first, and the rest is left out.
     first = np.argsort(~inside, axis=1, kind="stable")[:, : inside.sum(axis=1).max(initial=0)]
     values, across, along, inside = (np.take_along_axis(part, first, 1) for part in (values, across, along, inside))
     fit, misfit = _steps(values, across, along, inside)
@@ -233,9 +256,10 @@ def _fitted(light: Light, places: Ints, turn: Floats) -> list[Floats]:
 
 
 def _steps(values: Floats, across: Floats, along: Floats, inside: Mask) -> tuple[Floats, Floats]:
-    """A curved step fitted to each row of values (n, k) by Gauss and Newton, and the rms of what it leaves (n,).
+    """Fit a curved step to each row of values (n, k) by Gauss and Newton.
 
-    (n, 6): low side, height, place, lean and bow of the edge, and its spread, in pixels.
+    Returns (n, 6): low side, height, place, lean and bow of the edge, and its spread, in pixels; and the rms residual
+    (n,).
     """
     count, weight = len(values), inside.astype(float)
     low = np.where(inside, values, np.inf).min(axis=1, initial=np.inf)

@@ -1,4 +1,7 @@
-"""Sample a picture at given positions, prefiltered where the samples are coarser than its pixels."""
+"""Samples a picture at given positions.
+
+Prefiltered where the samples are coarser than its pixels.
+"""
 
 from __future__ import annotations
 
@@ -28,9 +31,9 @@ def _kernel(t: float) -> float:
 
 @numba.njit(cache=True, inline="always")
 def _fill_taps(position: float, scale: float, size: int, weights: Floats, indices: NDArray[np.int64]) -> int:
-    """The number of taps round a position, whose indices and weights (of sum one) are written to the two arrays.
+    """Write the taps round a position, and return their number.
 
-    Beyond the border the last pixel is replicated.
+    Their indices and weights (of sum one) go to the two arrays. Beyond the border the last pixel is replicated.
     """
     first = int(np.ceil(position - 2.0 * scale))
     last = int(np.floor(position + 2.0 * scale))
@@ -47,7 +50,10 @@ def _fill_taps(position: float, scale: float, size: int, weights: Floats, indice
 
 @numba.njit(cache=True)
 def _source_step(source: NDArray[np.float32], row: int, col: int, k: int) -> float:
-    """The distance in the picture between neighbouring page pixels, along its axis k, in pixels."""
+    """Return the picture's distance between neighbouring page pixels.
+
+    Along its axis k, in pixels.
+    """
     rows, cols, _ = source.shape
     here = source[row, col, k]
     right = _lesser(
@@ -61,7 +67,10 @@ def _source_step(source: NDArray[np.float32], row: int, col: int, k: int) -> flo
 
 @numba.njit(cache=True, inline="always")
 def _lesser(ahead: float, back: float) -> float:
-    """The lesser step of two, as one of them may jump from chart to chart of an atlas; 0 where neither is a number."""
+    """Return the lesser step of two.
+
+    One of them may jump from chart to chart of an atlas; 0 where neither is a number.
+    """
     if np.isnan(ahead) or abs(back) < abs(ahead):
         return 0.0 if np.isnan(back) else back
     return ahead
@@ -69,7 +78,10 @@ def _lesser(ahead: float, back: float) -> float:
 
 @numba.njit(cache=True, inline="always")
 def _kernel_scale(step: float) -> float:
-    """The scale of the kernel where neighbouring page pixels lie a step apart in the picture."""
+    """Return the scale of the kernel for a step of page pixels.
+
+    Neighbouring ones are a step apart in the picture.
+    """
     return min(max(1.0, min(step, 1.0 + WIDTH_GROWTH * (step - MAX_SHARP_STEP))), MAX_TAPS / 4.0 - 1.0)
 
 
@@ -85,7 +97,10 @@ def _catmull_rom(t: Any) -> tuple[Any, Any, Any, Any]:
 def _sample_catmull_rom(
     codes: Bytes, width: int, x: float, y: float, line: NDArray[np.float32], out: NDArray[np.float32]
 ) -> None:
-    """Write to out (3,) the codes (H · W · 3) of a picture interpolated at a position inside it, from 4 × 4 pixels."""
+    """Interpolate a picture inside it from 4 × 4 pixels, into out (3,).
+
+    codes: (H · W · 3).
+    """
     left, top = int(np.floor(x)), int(np.floor(y))
     u, v = _catmull_rom(x - np.float32(left)), _catmull_rom(y - np.float32(top))
     a, below = 3 * ((top - 1) * width + left - 1), 3 * width
@@ -99,7 +114,10 @@ def _sample_catmull_rom(
 
 @numba.njit(cache=True, inline="always")
 def _is_oversampled(source: NDArray[np.float32], row: int, col: int, limit: float) -> bool:
-    """True when the step to the next page pixels needs no wider kernel than 4 × 4 pixels; False beside NaN."""
+    """Return whether a kernel of 4 × 4 pixels suffices.
+
+    For the step to the next page pixels; False next to NaN.
+    """
     rows, cols, _ = source.shape
     if row + 1 >= rows or col + 1 >= cols:
         return False
@@ -111,10 +129,13 @@ def _is_oversampled(source: NDArray[np.float32], row: int, col: int, limit: floa
 
 
 def sample_scaled(picture: Bytes, source: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(h, w, 3) float32 codes of a picture (H, W, 3) at positions (h, w, 2), 0 where they are NaN.
+    """Sample a picture, with a kernel for the scale of the page.
 
-    Catmull-Rom interpolation (1974); where page pixels lie more than a picture's pixel apart, its kernel is as much
+    Catmull-Rom interpolation (1974); where page pixels are more than a picture's pixel apart, its kernel is as much
     wider, so that all pixels between them contribute.
+    picture: (H, W, 3).
+    source: (h, w, 2), positions.
+    Returns codes (h, w, 3) float32, 0 where positions are NaN.
     """
     image = np.zeros((*source.shape[:2], 3), np.float32)
     weights, indices, line = np.empty((2, MAX_TAPS)), np.empty((2, MAX_TAPS), np.int64), np.empty(12, np.float32)
@@ -128,7 +149,10 @@ def _sample(
     picture: Bytes, codes: Bytes, source: NDArray[np.float32], image: NDArray[np.float32],
     wx: Floats, wy: Floats, ax: NDArray[np.int64], ay: NDArray[np.int64], line: NDArray[np.float32],
 ) -> None:  # fmt: skip
-    """As `sample_scaled`, into an image of zeros. codes (H · W · 3) are those of the picture; the last are scratch."""
+    """Sample as `sample_scaled`, into an image of zeros.
+
+    codes: (H · W · 3), those of the picture; the last arguments are scratch.
+    """
     height, width, _ = picture.shape
     rows, cols, _ = source.shape
     limit = np.float32(MAX_SHARP_STEP**2)

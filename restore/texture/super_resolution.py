@@ -1,11 +1,11 @@
-"""Super-resolution: several colour images of a page, shifted by fractions of a pixel, to one of finer pixels.
+"""Super-resolution: several colour images of a page to a finer one.
 
-A pixel is the mean over its own area of the picture blurred by the lens. Images with different subpixel shifts sample
-it at different positions, and together resolve more than one does. The finer picture is the one from which the forward
-model (blur, shift, pixel area) predicts the images; it is found by back-projection of the residuals (M. Irani,
-S. Peleg, "Improving resolution by image registration", CVGIP: Graphical Models and Image Processing 53(3), 1991), a
-gradient descent on their squares and, with a small weight, on that of the picture's own Laplacian: what the camera
-hardly lets through, it would otherwise raise with the noise.
+They are shifted by fractions of a pixel. A pixel is the mean over its own area of the picture blurred by the lens.
+Images with different subpixel shifts sample it at different positions, and together resolve more than one does. The
+finer picture is the one from which the forward model (blur, shift, pixel area) predicts the images; it is found by
+back-projection of the residuals (M. Irani, S. Peleg, "Improving resolution by image registration", CVGIP: Graphical
+Models and Image Processing 53(3), 1991), a gradient descent on their squares and, with a small weight, on that of the
+picture's own Laplacian: what the camera hardly lets through, it would otherwise raise with the noise.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ FACTOR = 2  # finer pixels to a pixel's side; the mean over a pixel's area remov
 MIN_SHOTS = FACTOR**2  # one image for each finer pixel of a pixel
 LENS_BLUR_PX = 0.35  # standard deviation of the lens's blur, in pixels of the images
 ITERATIONS = 12  # further iterations amplify noise more than print
-# Weight of the squared Laplacian beside the squared residuals: print of 8 and 9 points is read better than without, and
+# Weight of the squared Laplacian relative to the residuals: print of 8 and 9 points is read better than without, and
 # the picture is still nearer to the truth than one enlarged image by a third.
 SMOOTHING = 0.01
 # Larger shifts have parallax between the page's hills and hollows: 3 % of the shift at the scanner's 0.9 m, which up
@@ -41,7 +41,11 @@ Picture = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class SuperResolution:
-    """image (FACTOR · h, FACTOR · w, 3) uint8; maps (n, 2, 3) affine from the first image's pixels to each's."""
+    """Super-resolved image.
+
+    image: (FACTOR · h, FACTOR · w, 3) uint8.
+    maps: (n, 2, 3), affine from the first image's pixels to each's.
+    """
 
     image: Bytes
     maps: Floats
@@ -49,7 +53,9 @@ class SuperResolution:
 
 @checks_types
 def super_resolve(shots: Sequence[RangeScan]) -> RangeScan:
-    """The first scan with the super-resolved texture of all shots. Raises BadInput as `super_resolve_images`.
+    """Return the first scan with the super-resolved texture of all.
+
+    Raises BadInput as `super_resolve_images`. The texture is (h, w, 3).
 
     >>> import cv2
     >>> noise = np.random.default_rng(1).integers(0, 256, (256, 256, 3), np.uint8)
@@ -74,9 +80,10 @@ def super_resolve(shots: Sequence[RangeScan]) -> RangeScan:
 
 
 def super_resolve_images(images: Sequence[Bytes]) -> SuperResolution:
-    """The super-resolved picture of images (h, w, 3) uint8 of the same page, and their registration.
+    """Super-resolve images (h, w, 3) uint8 of the same page.
 
-    Raises BadInput when they are too few, of different sizes, of different pages, or their shifts too large or equal.
+    Returns the picture and their registration. Raises BadInput when they are too few, of different sizes, of different
+    pages, or their shifts too large or equal.
     """
     if len(images) < MIN_SHOTS:
         raise BadInput(f"{len(images)} captures are too few to see more than one does", f"take {MIN_SHOTS} or more")
@@ -88,7 +95,7 @@ def super_resolve_images(images: Sequence[Bytes]) -> SuperResolution:
         raise BadInput("the captures lie on each other", "move page or scanner by half a pixel or so between captures")
     observed = [image.astype(np.float32) for image in images]
     picture = np.mean([_back_project(image, affine) for image, affine in zip(observed, maps, strict=True)], axis=0)
-    # Beside ink and table back-projection overshoots: no pixel may be brighter than the images nearby.
+    # Next to ink and table back-projection overshoots: no pixel may be brighter than the images nearby.
     upper_bound = cv2.dilate(picture, np.ones((2 * FACTOR + 1, 2 * FACTOR + 1), np.uint8))
     for _ in range(ITERATIONS):
         residuals = [
@@ -100,10 +107,11 @@ def super_resolve_images(images: Sequence[Bytes]) -> SuperResolution:
 
 
 def registration(reference: Bytes, image: Bytes, *, name: str = "a shot") -> Floats:
-    """(2, 3) affine map from pixels of the reference to those of the image, by the correlation that ECC maximises.
+    """Return the affine map (2, 3) from the reference to an image, in pixels.
 
-    G. Evangelidis, E. Psarakis, "Parametric image alignment using enhanced correlation coefficient maximization", IEEE
-    TPAMI 30(10), 2008. Raises BadInput when the image does not show the same page, or the shift is too large.
+    By the correlation that ECC maximises. G. Evangelidis, E. Psarakis, "Parametric image alignment using enhanced
+    correlation coefficient maximization", IEEE TPAMI 30(10), 2008. Raises BadInput when the image does not show the
+    same page, or the shift is too large.
     """
     grey, other = (cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY) for picture in (reference, image))
     (dx, dy), _ = cv2.phaseCorrelate(grey.astype(np.float64), other.astype(np.float64))
@@ -129,13 +137,16 @@ def registration(reference: Bytes, image: Bytes, *, name: str = "a shot") -> Flo
 
 
 def _shifts(maps: Floats, image: Bytes) -> Floats:
-    """(n, 2) pixels: shifts of the centre of the image."""
+    """Return the shifts (n, 2) of the centre of the image, pixels."""
     middle = np.array([(image.shape[1] - 1) / 2, (image.shape[0] - 1) / 2, 1.0])
     return np.asarray(maps @ middle - middle[:2])
 
 
 def _forward(picture: Picture, affine: Floats) -> Picture:
-    """The forward model: the image (h, w, 3) that the camera at an affine map (2, 3) takes of the finer picture."""
+    """Return the image (h, w, 3) that the camera takes of the finer picture.
+
+    The forward model, at an affine map (2, 3).
+    """
     observed = cv2.GaussianBlur(picture, (0, 0), LENS_BLUR_PX * FACTOR)
     observed = cv2.blur(observed, (FACTOR, FACTOR))  # an even box is centred half a pixel up and left: hence FACTOR / 2
     size = picture.shape[1] // FACTOR, picture.shape[0] // FACTOR
@@ -149,7 +160,10 @@ def _forward(picture: Picture, affine: Floats) -> Picture:
 
 
 def _back_project(image: Picture, affine: Floats) -> Picture:
-    """Back-projection: an image or a residual (h, w, 3) at an affine map (2, 3) resampled to the finer pixels."""
+    """Resample an image or a residual (h, w, 3) to the finer pixels.
+
+    Back-projection, at an affine map (2, 3).
+    """
     size = image.shape[1] * FACTOR, image.shape[0] * FACTOR
     from_fine = _homogeneous(affine) @ np.linalg.inv(_to_fine_pixels((FACTOR - 1) / 2))
     return np.asarray(
@@ -161,15 +175,21 @@ def _back_project(image: Picture, affine: Floats) -> Picture:
 
 
 def _roughness(picture: Picture) -> Picture:
-    """The Laplacian of the Laplacian of a picture (h, w, 3): half the gradient of the sum of its square."""
+    """Return the Laplacian of the Laplacian of a picture (h, w, 3).
+
+    It is half the gradient of the sum of its square.
+    """
     return np.asarray(cv2.Laplacian(cv2.Laplacian(picture, cv2.CV_32F), cv2.CV_32F))
 
 
 def _to_fine_pixels(middle: float) -> Floats:
-    """(3, 3) from pixels of an image to finer ones, the centre of the first pixel mapped to (middle, middle)."""
+    """Return the matrix (3, 3) from pixels of an image to finer ones.
+
+    The centre of the first pixel is mapped to (middle, middle).
+    """
     return np.array([[FACTOR, 0, middle], [0, FACTOR, middle], [0, 0, 1.0]])
 
 
 def _homogeneous(affine: Floats) -> Floats:
-    """(3, 3) matrix of an affine map (2, 3)."""
+    """Return the matrix (3, 3) of an affine map (2, 3)."""
     return np.vstack([affine, [0, 0, 1.0]])

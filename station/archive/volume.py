@@ -99,11 +99,13 @@ class Event:
 
 @dataclass(frozen=True)
 class Page:
-    """A page: its number in the volume, from 1; its label as it is printed or foliated; its side.
+    """Page: its number in the volume, from 1; its label; its side.
+
+    The label is as it is printed or foliated.
 
     provenance  of its scan: device, lens, time, … (JSON values).
     name        what the session calls it: `12`, or `12/left` for a leaf of an opened book.
-    problem     why it is not as it should be; empty where nothing is known.
+    problem     why it is not as it should be; empty where none is known.
     """
 
     number: int

@@ -107,7 +107,10 @@ class SessionBatch:
         self._writers, self._options = writers, options
 
     def run(self, workers: Workers, show: Show, *, work: Work[SessionDone] = restore_session_page) -> None:
-        """Restore the pages that have no restoration, record and check each. Raises as `run_tasks.run` does."""
+        """Restore the pages without a restoration, record and check each.
+
+        Raises as `run_tasks.run` does.
+        """
         for writer in self._writers.values():
             show_fitting(writer)  # of a step that was interrupted
             for page in filter(lacks_verdict, list(writer.history.pages())):  # of a batch that ended in between

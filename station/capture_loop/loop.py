@@ -79,13 +79,13 @@ class Line(str):
 class CaptureLoop:
     """The work at the scanner: keys, restorations, verdicts.
 
-    shoot    captures a page; None where there is no scanner: what is left is restored and judged.
+    shoot    captures a page; None without a scanner: the rest is restored and checked.
     submit   restores in the background.
-    turn     turns the leaves to the place of a capture, before it; nothing where the operator turns them.
+    turn     turns the leaves to the place of a capture, before it; does nothing where the operator turns them.
     show     prints a line for the operator, a `Line`.
     changed  is called after every event.
     inbox    keys, restorations that have ended, and tasks to be done between the two.
-    outputs  files of a restoration beside those of the preset.
+    outputs  files of a restoration in addition to those of the preset.
     """
 
     writer: Writer

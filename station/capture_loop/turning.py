@@ -20,7 +20,9 @@ class Place(NamedTuple):
 
 
 def place_of(history: History, page: int | None) -> Place:
-    """Return the place of the next capture of a page; None: of a new one, even if inserted.
+    """Return the place of the next capture of a page.
+
+    page: None for a new one, even if inserted.
 
     >>> place_of(History(), None)
     Place(opening=0, attempt=0)

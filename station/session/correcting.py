@@ -19,10 +19,10 @@ from station.session.store import Writer
 
 
 def correct(writer: Writer, page: int, edits: Mapping[str, Any] | None) -> Event:
-    """Record the corrections of a page in place of those that it has, and return the event.
+    """Record the corrections of a page in place of its present ones.
 
-    edits: the fields that are given, as `PageEdits.given`; None takes all away.
-    Raises BadInput for corrections that cannot be, and for a page without a scan, OSError.
+    edits: the fields that are given, as `PageEdits.given`; None removes all.
+    Returns the event. Raises BadInput for invalid corrections, and for a page without a scan, OSError.
     """
     capture = writer.history.page(page).capture
     if capture is None:

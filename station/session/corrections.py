@@ -36,7 +36,10 @@ def own_edits(page: Page) -> Table:
 
 
 def layers_of(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> list[tuple[str, Table]]:
-    """The corrections of a page, each with its source: `rule 41`, `page`; the later ones win."""
+    """Return the corrections of a page, each with its source.
+
+    `rule 41`, `page`; the later ones win.
+    """
     capture, layers = page.capture, list[tuple[str, Table]]()
     if capture is not None:
         known = rules_of(session) if rules is None else rules

@@ -32,10 +32,10 @@ LABELS = {
 
 
 class Preset(BaseModel):
-    """A preset.
+    """Preset.
 
     settings    of the restoration; those that are not named are by default.
-    outputs     files beside the page, as the options of `planish restore` are called.
+    outputs     files in addition to the page, as the options of `planish restore` are called.
     foliation   how pages are numbered: `pages` (1, 2, 3), `folios` (1r, 1v, 2r) or `none`.
     first       the number of the first page or leaf.
     sides       whether pages lie left and right in turn, the first one `left` or `right`; None for single sheets.

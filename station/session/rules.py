@@ -28,7 +28,10 @@ def edits_of(table: Table) -> PageEdits:
 
 
 def _checked(table: dict[str, Any] | None) -> dict[str, Any] | None:
-    """Raise ValueError for corrections that no operator can have made; None stands for none."""
+    """Raise ValueError for corrections that no operator can have made.
+
+    Returns them, or None where none are given.
+    """
     try:
         edits_of(table or {})
     except BadInput as error:
@@ -99,7 +102,10 @@ def _merged_part(under: Table, over: Table) -> dict[str, Any]:
 
 
 def _shots(capture: Event, history: History) -> Iterator[int]:
-    """The number of a scan, and of those that it was captured in place of, back to the first."""
+    """Yield the number of a scan, and of those that it replaced.
+
+    Back to the first.
+    """
     shot: Event | None = capture
     while shot is not None and shot.slot == CAPTURE:
         yield shot.number

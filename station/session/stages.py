@@ -35,9 +35,10 @@ RESOURCES = ("seconds", "peak_memory_mb")
 
 
 class RestoreParameters(BaseModel):
-    """All that a restoration depends on beside its scan, as `planish restore` has it.
+    """All that a restoration depends on in addition to its scan.
 
-    Of several sheets in one scan the largest is the page, unless a layout splits an opened book in its leaves.
+    As `planish restore` has it. Of several sheets in one scan the largest is the page, unless a layout splits an opened
+    book in its leaves.
     scale: of photographs, as `planish photos` has it; None for a scan.
     edits: corrections by hand, as `PageEdits`; None without.
     """

@@ -204,8 +204,8 @@ class Isolation:
 
         It is called again when the process ends, with how that came about.
         is_last: False where another computer may have more memory.
-        Raises WorkFault, MemoryFull where it is not the last, Interrupted after `interrupt`, ProcessEnded when the
-        process ends however often it is called.
+        Raises WorkFault, MemoryFull where it is not the last, also for a process that ended under a limit, Interrupted
+        after `interrupt`, ProcessEnded when the process ends however often it is called.
         """
         causes: tuple[str, ...] = ()
         while True:
@@ -219,6 +219,8 @@ class Isolation:
             except ProcessEnded as ended:
                 if self._closed:
                     raise Interrupted from ended
+                if not is_last and self.limits.memory_mib:  # a native library that is given no memory aborts
+                    raise MemoryFull(Fault(StationError.exit_code, str(ended), ())) from ended
                 causes += (str(ended),)
                 if len(causes) > MAX_ATTEMPTS:  # by then the work has set the page aside, unless it cannot even begin
                     raise

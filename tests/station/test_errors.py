@@ -21,6 +21,12 @@ def test_the_disk_is_named_where_there_is_one(tmp_path):
     assert " on the disk at /" in fault.hints[0]
 
 
+def test_a_circle_of_links_is_explained(tmp_path):
+    (tmp_path / "a.png").symlink_to("a.png")
+    fault = explain(OSError(errno.ELOOP, "Too many levels of symbolic links", str(tmp_path / "a.png")))
+    assert fault.exit_code == DISK
+
+
 @pytest.mark.parametrize("number", [errno.EACCES, errno.EPERM])
 def test_a_right_that_is_missed_may_be_that_to_read(number):
     fault = explain(OSError(number, "Permission denied", "a.ply"))

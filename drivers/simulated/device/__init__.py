@@ -1,1 +1,4 @@
-"""The simulated device: it answers command bytes, keeps its own time, and can be made to fail."""
+"""The simulated device: it answers command bytes.
+
+It keeps its own time, and can be made to fail.
+"""

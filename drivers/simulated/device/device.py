@@ -1,7 +1,7 @@
-"""A simulated Vivid 900 that answers command bytes; everything above it is the real driver.
+"""A simulated Vivid 900 that answers command bytes.
 
-Timing and behaviour follow the VIVID 910 hardware manual (9222-1888-19); the pages are given. The bytes are those of
-a command profile, by default Planish's own.
+Everything above it is the real driver. Timing and behaviour follow the VIVID 910 hardware manual (9222-1888-19); the
+pages are given. The bytes are those of a command profile, by default Planish's own.
 """
 
 from __future__ import annotations
@@ -122,7 +122,10 @@ class SimulatedDevice:
         self._attentions = [POWER_ON]
 
     def change_lens(self, lens: Lens) -> None:
-        """Mount another lens: data that was not read is lost, and it initialises itself anew (p. 27)."""
+        """Mount another lens.
+
+        Data that was not read is lost, and the lens initialises again (p. 27).
+        """
         self.lens, self._ready_at = lens, self._clock() + SELF_TEST_S
         self._forget("lens")
         if LENS_CHANGED not in self._attentions:  # it happened, however often
@@ -163,20 +166,23 @@ class SimulatedDevice:
         self._require_free()
         if self.barrier:
             raise _Refused(BARRIER_CLOSED)
-        if self.panel and "panel" not in self.profile.blocks.status.fields:  # no other way to tell
+        if self.panel and "panel" not in self.profile.blocks.status.fields:  # no other sign
             panel, self.panel = self.panel, ""
             raise _Refused(self._sense_of(panel))
         return b""
 
     def _sense_of(self, panel: str) -> Sense:
-        """Sense data for a message of the panel: the profile's, or just a fault of the hardware."""
+        """Return sense data for a message of the panel.
+
+        The profile's, or just a fault of the hardware.
+        """
         codes = [code for code, text in self.profile.panel_by_sense.items() if text == panel]
         return Sense(Key.HARDWARE_ERROR, *(codes[0] if codes else (0x44, 0x00)))
 
     def _status(self, _data: bytes, **_values: int) -> bytes:
         state = self.state
         assert state != "off"  # execute() raises before
-        if state not in self.profile.states:  # told by sense data, or not told from ready
+        if state not in self.profile.states:  # reported by sense data, or as ready
             self._require_free()
             state = "ready"
         numbers = {
@@ -205,7 +211,10 @@ class SimulatedDevice:
         return b""
 
     def _take(self, values: Mapping[str, int]) -> None:
-        """Take over the parameters that a block or a release has; raises BadReply for values out of range."""
+        """Take over the parameters that a block or a release has.
+
+        Raises BadReply for values out of range.
+        """
         sent = commands.parameters_of(self.profile, values)
         self.parameters = replace(self.parameters, **{name: getattr(sent, name) for name in RANGES if name in values})
 
@@ -263,7 +272,10 @@ class SimulatedDevice:
         return self._part("colour", self._record.colour, **span)
 
     def _part(self, image: str, block: bytes, *, offset: int | None = None, length: int | None = None) -> bytes:
-        """Bytes of an image. Without an offset those after the last ones, and after the end the first again."""
+        """Return bytes of an image.
+
+        Without an offset those after the last ones, and after the end the first again.
+        """
         if not block:
             raise _Refused(NO_DATA)
         start = self._read_so_far.get(image, 0) % len(block) if offset is None else offset
@@ -274,7 +286,10 @@ class SimulatedDevice:
         return block[start:end]
 
     def _begin(self, what: str, seconds: float, ending: Callable[[], None]) -> None:
-        """Start an operation that needs the laser's way free; `ending` does its work when the time is over."""
+        """Start an operation that needs the laser's path free.
+
+        `ending` does its work when the time is over.
+        """
         self._require_free()
         if self.barrier:
             raise _Refused(BARRIER_CLOSED)
@@ -307,4 +322,4 @@ class SimulatedDevice:
 
 
 def _nothing() -> None:
-    """What an operation does in the end when there is none."""
+    """Do nothing at the end of an operation."""

@@ -1,4 +1,7 @@
-"""Fault injection between driver and device, by the number of the command: faults of buses and devices."""
+"""Fault injection between driver and device, by number of the command.
+
+The faults are those of buses and devices.
+"""
 
 from __future__ import annotations
 
@@ -153,7 +156,7 @@ def timed_out(faulty: FaultyDevice, call: Call) -> Reply:
 
 
 def never_sent(_faulty: FaultyDevice, _call: Call) -> Reply:
-    """The command is lost, and there is no answer."""
+    """Lose the command, without an answer."""
     raise NoAnswer("the scanner did not answer in time", "check the cable")
 
 
@@ -188,7 +191,11 @@ def power_cycled(faulty: FaultyDevice, call: Call) -> Reply:
 
 
 def _damaged(data: bytes, place: int) -> bytes:
-    """The data with every DAMAGED_EVERYth byte damaged, at least one. place: decides which."""
+    """Return the data with every DAMAGED_EVERYth byte damaged.
+
+    At least one.
+    place: decides which.
+    """
     damaged = bytearray(data)
     for at in range(place % max(min(DAMAGED_EVERY, len(data)), 1), len(data), DAMAGED_EVERY):
         damaged[at] ^= FLIPPED

@@ -1,6 +1,7 @@
-"""A sensor that sees a flat plate, without ray casting or noise: for tests with thousands of shots.
+"""A sensor that sees a flat plate, without ray casting or noise.
 
-Colour and distance of the plate encode the number of the shot, so that data of another shot is detected.
+It serves tests with thousands of captures. Colour and distance of the plate encode the number of the capture, so that
+data of another one is detected.
 """
 
 from __future__ import annotations

@@ -1,1 +1,4 @@
-"""What the simulated scanner measures of a scene: rays, range sensor, colour exposure, a shot."""
+"""Measurements of a scene by the simulated scanner.
+
+Rays, range sensor, colour exposure, a capture.
+"""

@@ -1,7 +1,8 @@
-"""The colour exposure of a simulated Vivid: 640×480 pixels through the same lens, by room light.
+"""The colour exposure of a simulated Vivid.
 
-Areas are averaged in codes, not in light. What the scanner's tone curve and edge enhancement do to an edge of ink is
-not published; this way an edge lies where the picture passes half-way from paper to ink, as in most cameras' pictures.
+640×480 pixels through the same lens, by room light. Areas are averaged in codes, not in light. What the scanner's tone
+curve and edge enhancement do to an edge of ink is not published; this way an edge lies where the image passes half-way
+from paper to ink, as in most cameras' images.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from drivers.vivid900.geometry.triangulation import tangents
 from restore.scan import Bytes, Floats, Ints, Mask
 from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
-# Rays across and down a pixel; the print is averaged over the share of each ray as well.
+# Rays across and down a pixel; the print is averaged over the area of each ray as well.
 SUBSAMPLES = 3
 BLUR_PX = 0.35  # standard deviation of the lens's blur: with the pixel's own area, edges rise within about one pixel
 NOISE_CODES = 1.5  # standard deviation of the sensor's noise in 8-bit codes
@@ -45,12 +46,12 @@ def photograph(
     noise_codes: float = NOISE_CODES,
     blur_px: float = BLUR_PX,
 ) -> Bytes:
-    """(480, 640, 3) uint8 RGB: every pixel the mean over its area, then the lens's blur and the sensor's noise.
+    """Return a photograph of the scene, (480, 640, 3) uint8 RGB.
 
-    noise        False for a picture without blur or noise.
-    shaded       False for the same light everywhere, that on paper which faces the scanner in mid-picture.
-    noise_codes  standard deviation of the sensor's noise.
-    blur_px      standard deviation of the lens's blur; more for a lens that is out of focus.
+    Every pixel is the mean over its area, then come the lens's blur and the sensor's noise.
+    noise: False for an image without blur or noise.
+    shaded: False for the same light everywhere, that on paper which faces the scanner in the image's centre.
+    noise_codes: standard deviation of the sensor's noise.
     """
     import cv2
 
@@ -78,7 +79,7 @@ def photograph(
 
 @lru_cache(maxsize=1)  # 33 MB, and shot after shot is taken through the same lens
 def _rays(body: Calibration) -> NDArray[np.float32]:
-    """(480·k, 640·k, 3) directions, k = SUBSAMPLES to a pixel's side."""
+    """Return directions (480·k, 640·k, 3), k = SUBSAMPLES to a pixel's side."""
     row, col = np.mgrid[: TEXTURE_ROWS * SUBSAMPLES, : TEXTURE_COLS * SUBSAMPLES]
     sight = tangents(body, (np.stack([col, row], axis=-1) + 0.5) / SUBSAMPLES - 0.5)
     return np.concatenate([sight, np.full((*sight.shape[:2], 1), -1.0)], axis=-1).astype(np.float32)
@@ -87,7 +88,12 @@ def _rays(body: Calibration) -> NDArray[np.float32]:
 def _light(
     scene: Scene, caster: RayCaster, maps: FaceMaps, seen: Mask, face: Ints, points: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """(n, 3) light on the points (n, 3) of faces (n,) that rays (h, w) have seen; 1 on paper that faces the scanner."""
+    """Return the light (n, 3) on points that rays have seen.
+
+    1 on paper that faces the scanner.
+    seen: (h, w).
+    face: (n,), of the points (n, 3).
+    """
     depth_mm = -float(scene.surface.shift[2])
     fields = irradiance(scene.light, maps, face, points.astype(float), depth_mm)
     if scene.light.shadows:
@@ -107,7 +113,10 @@ def _at_pixels(
     points: NDArray[np.float32],
     step: int,
 ) -> NDArray[np.float32]:
-    """What share_of(normals, points) gives in the middle of every step-th pixel, spread over the rays (h, w)."""
+    """Return share_of(normals, points) spread over the rays (h, w).
+
+    It is evaluated in the centre of every step-th pixel.
+    """
     import cv2
 
     spacing = SUBSAMPLES * step

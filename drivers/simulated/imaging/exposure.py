@@ -1,4 +1,7 @@
-"""Exposure model: brightness of a shot from laser power and gain, relative to white paper well exposed."""
+"""Exposure model: brightness of a capture from laser power and gain.
+
+Relative to white paper well exposed.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,10 @@ def relative_exposure(distance_mm: float, power: int, gain: int) -> float:
 
 
 def exposure_for_paper(distance_mm: float) -> tuple[int, int]:
-    """(laser power, gain) that expose white paper well at a distance: power first, gain above full power."""
+    """Return (laser power, gain) that expose white paper well.
+
+    At a distance: power first, gain above full power.
+    """
     needed = PAPER_POWER * (distance_mm / REFERENCE_MM) ** 2
     power = min(max(round(needed), 1), MAX_LASER_POWER)
     gain = round(float(np.log(needed / power) / np.log(GAIN_STEP)))

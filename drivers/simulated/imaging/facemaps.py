@@ -13,11 +13,12 @@ from restore.scan import Floats, Ints
 
 @dataclass(frozen=True, eq=False)
 class FaceMaps:
-    """Planes and page maps of all faces. Coefficients come first: to pick one for many faces is then quickest.
+    """Planes and page maps of all faces.
 
-    normals  (3, m) unit normals on the printed side.
-    offsets  (m,) mm: the plane is normal · point = offset.
-    to_page  (2, 4, m): a point (x, y, z) mm of the face lies at to_page · (x, y, z, 1) mm on the page.
+    Coefficients come first: to pick one for many faces is then quickest.
+    normals: (3, m), unit normals on the printed side.
+    offsets: (m,) mm: the plane is normal · point = offset.
+    to_page: (2, 4, m): a point (x, y, z) mm of the face lies at to_page · (x, y, z, 1) mm on the page.
     """
 
     normals: Floats
@@ -39,20 +40,34 @@ class FaceMaps:
         return cls(np.ascontiguousarray(normals.T), offsets, np.ascontiguousarray(to_page.transpose(1, 2, 0)))
 
     def meet(self, face: Ints, directions: Floats) -> Floats:
-        """(n, 3) mm: where rays from the lens centre in directions (n, 3) meet the planes of faces (n,)."""
+        """Return where rays from the lens centre meet planes, (n, 3) mm.
+
+        face: (n,).
+        directions: (n, 3).
+        """
         return directions * (self.offsets[face] / self.along_normal(face, directions))[:, None]
 
     def along_normal(self, face: Ints, vectors: Floats) -> Floats:
-        """(n,) components of vectors (n, 3) along the normals of faces (n,)."""
+        """Return components (n,) of vectors (n, 3) along face normals.
+
+        face: (n,).
+        """
         x, y, z = self.normals
         return np.asarray(x[face] * vectors[:, 0] + y[face] * vectors[:, 1] + z[face] * vectors[:, 2])
 
     def facing(self, face: Ints, points: Floats) -> Floats:
-        """(n, 3) unit normals of faces (n,) on the side that the lens sees, at points (n, 3) mm."""
+        """Return unit normals (n, 3) of faces on the side that the lens sees.
+
+        face: (n,).
+        points: (n, 3) mm.
+        """
         normals = np.stack([axis[face] for axis in self.normals], axis=1)
         return np.asarray(normals * -np.sign(np.einsum("ij,ij->i", normals, points))[:, None])
 
     def page(self, face: Ints, points: Vectors) -> Floats:
-        """(n, 2) mm on the page of points (n, 3) mm on faces (n,)."""
+        """Return the page positions (n, 2) mm of points on faces (n,).
+
+        points: (n, 3) mm.
+        """
         x, y, z = points.T
         return np.stack([a[face] * x + b[face] * y + c[face] * z + d[face] for a, b, c, d in self.to_page], axis=1)

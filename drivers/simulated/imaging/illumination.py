@@ -15,9 +15,11 @@ SKY_RAYS = 64  # light from all sides is as many rays, each as likely as light i
 
 
 def irradiance(light: Light, maps: FaceMaps, face: Ints, points: Floats, depth_mm: float) -> list[NDArray[np.float32]]:
-    """Unshadowed light (n, 3) at points (n, 3) mm on faces (n,): of the room, then of each lamp.
+    """Return unshadowed light (n, 3) at points on faces (n,).
 
-    depth_mm  where a lamp's share is meant: on the axis, at this depth.
+    Of the room, then of each lamp.
+    points: (n, 3) mm.
+    depth_mm: where a lamp's fraction is meant: on the axis, at this depth.
     """
     normals = maps.facing(face, points)
     room = 1 + normals[:, :2] @ np.array(light.lean)
@@ -33,20 +35,30 @@ def irradiance(light: Light, maps: FaceMaps, face: Ints, points: Floats, depth_m
 
 
 def lamp_visibility(lamp: Lamp, caster: RayCaster, normals: Floats, points: Floats) -> Floats:
-    """(n,) how much of a lamp points (n, 3) mm with normals (n, 3) see, 0 to 1."""
+    """Return how much of a lamp points see, 0 to 1, (n,).
+
+    normals, points: (n, 3) and (n, 3) mm.
+    """
     start = points + LIFT_MM * normals
     return np.asarray(np.mean([_clear(caster, start, place - start) for place in lamp.points()], axis=0))
 
 
 def sky_view_factor(caster: RayCaster, normals: Floats, points: Floats) -> Floats:
-    """(n,) how much of the light from all sides points (n, 3) mm with normals (n, 3) see, 0 to 1."""
+    """Return how much of the light from all sides points see, (n,).
+
+    0 to 1.
+    normals, points: (n, 3) and (n, 3) mm.
+    """
     start = points + LIFT_MM * normals
     seen = [_clear(caster, start, FAR_MM * sky_direction(normals, k)) for k in range(SKY_RAYS)]
     return np.asarray(np.mean(seen, axis=0))
 
 
 def sky_direction(normals: Floats, k: int) -> Floats:
-    """(n, 3) the k-th direction of light from all sides, as likely as the cosine to the normal (n, 3)."""
+    """Return the k-th direction (n, 3) of light from all sides.
+
+    As likely as the cosine to the normal (n, 3).
+    """
     reach, turn = np.sqrt((k + 0.5) / SKY_RAYS), GOLDEN * k
     side = np.cross(normals, [1.0, 0.0, 0.0])
     side /= np.linalg.norm(side, axis=1, keepdims=True)
@@ -55,7 +67,10 @@ def sky_direction(normals: Floats, k: int) -> Floats:
 
 
 def _clear(caster: RayCaster, start: Floats, way: Floats) -> Floats:
-    """(n,) 1.0 where the way (n, 3) from start (n, 3) to the light meets nothing."""
+    """Return 1.0 where a path to the light meets nothing, (n,).
+
+    start, way: (n, 3).
+    """
     length = np.linalg.norm(way, axis=1, keepdims=True)
     face, reach = caster.first_hits(start, way / length)
     return np.asarray((face < 0) | (reach > length[:, 0])).astype(float)

@@ -1,8 +1,7 @@
-"""Optics of the simulated range sensor: rays, shadows, the depth window, noise, drop-outs and outliers.
+"""Optics of the simulated range sensor.
 
-The stripe position is measured in CCD lines. Every disturbance shifts the apparent pitch of a sample, and so moves the
-point along its line of sight.
-
+Rays, shadows, the depth window, noise, drop-outs and outliers. The stripe position is measured in CCD lines. Every
+disturbance shifts the apparent pitch of a sample, and so moves the point along its line of sight.
 `body` is the true calibration of the simulated body; the driver learns of it only through measurements.
 """
 
@@ -36,7 +35,7 @@ NOISE_FLOOR_SIGNAL = 0.5  # down to here the published precision holds; below, p
 DETECTION_SIGNAL = 0.038  # threshold of detection: with this speckle, a third of the samples on carbon black miss it
 SATURATION_SIGNAL = 4.0  # the CCD saturates: two stops above paper
 SPECKLE_LOOKS = 4.0  # speckle grains that one sample averages; its brightness is gamma distributed with this shape
-STRAY_DROPOUTS = 0.001  # share of samples lost on good paper too
+STRAY_DROPOUTS = 0.001  # fraction of samples lost on good paper too
 OUTLIERS = 0.015  # one or two samples in a hundred at edges of depth or ink are mixed from both sides …
 OUTLIER_LINES = 3.0  # … and lie up to this many lines off
 EDGE_LINES = 2.0  # neighbours farther apart than this lie on different surfaces: 70° walls stay below it
@@ -63,9 +62,10 @@ class RayHits:
 def trace_rays(
     scene: Scene, caster: RayCaster, maps: FaceMaps, body: Calibration, mode: Mode, reference_mm: float
 ) -> RayHits:
-    """Intersections of a mode's lines of sight with the scene, and the laser light that returns from each.
+    """Intersect a mode's lines of sight with the scene.
 
-    A point is lit only when camera and laser see the same side of it. `reference_mm` is the depth in focus.
+    With the laser light that returns from each. A point is lit only when camera and laser see the same side of it.
+    `reference_mm` is the depth in focus.
     """
     sight, laser = lines_of_sight(body, mode).tangents, np.array([0.0, -body.baseline_mm, 0.0])
     rays = np.concatenate([sight, np.full((*sight.shape[:2], 1), -1.0)], axis=-1)
@@ -96,9 +96,10 @@ def measure_pitch(
     rng: np.random.Generator,
     exposure: float = 1.0,
 ) -> Floats:
-    """(rows, cols) pitch as measured in a shot focused at `distance_mm`, NaN where nothing was measured.
+    """Return the pitch (rows, cols) as measured, NaN where it was not.
 
-    exposure  laser power and gain relative to automatic exposure.
+    In a capture focused at `distance_mm`.
+    exposure: laser power and gain relative to automatic exposure.
     """
     signal = hits.signal * exposure
     shape = signal.shape
@@ -113,7 +114,10 @@ def measure_pitch(
 
 
 def exact_pitch(hits: RayHits, body: Calibration, mode: Mode, distance_mm: float) -> Floats:
-    """(rows, cols) exact pitch, NaN outside the depth window and out of the laser's reach."""
+    """Return the exact pitch (rows, cols).
+
+    NaN outside the depth window and out of the laser's reach.
+    """
     pitch = pitch_of(hits.points, body, mode, distance_mm)
     return np.where(in_window(pitch, body, mode) & (hits.signal > 0), pitch, np.nan)
 
@@ -125,7 +129,10 @@ def line_noise(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
 
 
 def edges(hits: RayHits, body: Calibration) -> Mask:
-    """(rows, cols) bool, True where a sample and one of its four neighbours lie on different surfaces or inks."""
+    """Return the samples at an edge of surfaces or inks.
+
+    A sample and one of its four neighbours lie on different ones. Returns (rows, cols) bool.
+    """
     lines = np.nan_to_num(body.focal_px * body.baseline_mm / -hits.points[..., 2])
     signal = np.log(np.maximum(hits.signal, DETECTION_SIGNAL))
     edge = np.zeros(signal.shape, bool)
@@ -138,7 +145,10 @@ def edges(hits: RayHits, body: Calibration) -> Mask:
 
 
 def _lit(caster: RayCaster, maps: FaceMaps, face: Ints, points: Floats, laser: Floats) -> Floats:
-    """(n,) cosine of the laser's angle of incidence, 0 in shadow or where laser and camera see different sides."""
+    """Return the cosine (n,) of the laser's angle of incidence.
+
+    0 in shadow or where laser and camera see different sides.
+    """
     beam = points - laser
     length = np.linalg.norm(beam, axis=1)
     _, reach = caster.first_hit(laser, beam)
@@ -148,7 +158,10 @@ def _lit(caster: RayCaster, maps: FaceMaps, face: Ints, points: Floats, laser: F
 
 
 def _is_specular(maps: FaceMaps, face: Ints, points: Floats, laser: Floats) -> Mask:
-    """(n,) bool, True where specular reflection sends the laser into the lens."""
+    """Return where specular reflection sends the laser into the lens.
+
+    Returns (n,) bool.
+    """
     to_lens, to_laser = -points, laser - points
     half = sum(way / np.linalg.norm(way, axis=1, keepdims=True) for way in (to_lens, to_laser))
     cosine = maps.along_normal(face, half) / np.linalg.norm(half, axis=1)
@@ -156,7 +169,10 @@ def _is_specular(maps: FaceMaps, face: Ints, points: Floats, laser: Floats) -> M
 
 
 def _scatter(seen: Mask, values: Floats) -> Floats:
-    """(rows, cols, k) values at the samples that hit something, NaN elsewhere."""
+    """Scatter values to the samples that hit something.
+
+    Returns (rows, cols, k), NaN elsewhere.
+    """
     full = np.full((*seen.shape, values.shape[1]), np.nan)
     full[seen] = values
     return full

@@ -15,10 +15,12 @@ Vectors = NDArray[np.floating[Any]]
 
 
 class RayCaster:
-    """Answers, for a fixed mesh of vertices (n, 3) mm and faces (m, 3), where rays first meet it.
+    """Ray caster for a fixed mesh: where rays first meet it.
 
-    Raises ValueError when a face names a vertex that is not there (open3d would crash), LibraryMissing when open3d
-    cannot be loaded.
+    vertices: (n, 3) mm.
+    faces: (m, 3).
+    Raises ValueError when a face names a missing vertex (open3d would crash), LibraryMissing when open3d cannot be
+    loaded.
     """
 
     def __init__(self, vertices: Floats, faces: Ints) -> None:
@@ -30,8 +32,10 @@ class RayCaster:
         self._scene.add_triangles(self._tensor(vertices.astype(np.float32)), self._tensor(faces.astype(np.uint32)))
 
     def first_hit(self, origin: Floats, directions: Vectors) -> tuple[Ints, NDArray[np.float32]]:
-        """Face and distance of the first hit along rays from one origin (3,) mm in directions (…, 3).
+        """Return face and distance of the first hit along rays.
 
+        origin: (3,) mm, of all rays.
+        directions: (…, 3).
         Returns (…) int64 face, −1 where a ray meets nothing, and (…) float32 distance in lengths of the direction, inf
         there.
         """

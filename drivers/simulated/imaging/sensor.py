@@ -1,4 +1,7 @@
-"""The simulated range sensor: accumulated sums and colour image of a shot of the scene."""
+"""The simulated range sensor.
+
+Accumulated sums and colour image of a capture of the scene.
+"""
 
 from __future__ import annotations
 
@@ -29,14 +32,20 @@ NUDGE_STREAM = 0  # random stream of the page's displacements; shots are counted
 
 @dataclass(frozen=True)
 class Displacement:
-    """Displacement of a scene: rotation by a turntable, degrees, then a shift right and up, mm."""
+    """Displacement of a scene.
+
+    Rotation by a turntable, degrees, then a shift right and up, mm.
+    """
 
     turned_deg: float = 0.0
     moved_mm: tuple[float, float] = (0.0, 0.0)
 
 
 class PageNudge:
-    """Random displacement of the page between captures, uniform up to a reach right or left and up or down."""
+    """Random displacement of the page between captures.
+
+    Uniform up to a reach right or left and up or down.
+    """
 
     def __init__(self, reach_mm: float, *, seed: int) -> None:
         self.moved_mm, self._reach_mm = (0.0, 0.0), reach_mm
@@ -59,19 +68,23 @@ class Sensor(Protocol):
     contrast: bool
 
     def sweep(self, mode: Mode, distance_mm: float, power: int, gain: int, shot: int) -> Sums:
-        """The sums of a shot focused at a distance. The same shot number gives the same noise."""
+        """Return the sums of a capture focused at a distance.
+
+        The same capture number gives the same noise.
+        """
         ...
 
     def colour(self, shot: int) -> Bytes:
-        """(480, 640, 3) uint8 RGB."""
+        """Return the colour image, (480, 640, 3) uint8 RGB."""
         ...
 
 
 def quantise(pitch: Floats, signal: Floats) -> Sums:
-    """The sums of samples whose stripe crossed at pitch (rows, cols), NaN where it was lost, at a signal of 1 for
-    white paper well exposed.
+    """Return the sums of samples.
 
     The pitch contains the noise already; here it is only rounded, to a few thousandths of a frame on paper.
+    pitch: (rows, cols), where the stripe crossed, NaN where it was lost.
+    signal: 1 for white paper well exposed.
     """
     level = np.clip(signal * (MAX_LEVEL / SATURATION_SIGNAL), 0, MAX_LEVEL)
     seen = np.isfinite(pitch)
@@ -83,9 +96,9 @@ def quantise(pitch: Floats, signal: Floats) -> Sums:
 
 
 class SceneSensor:
-    """The sensor of a body before a scene. Noise differs by shot, and repeats with the seed.
+    """Sensor of a body looking at a scene.
 
-    blur_px  of the colour image.
+    Noise differs between captures and repeats with the seed.
     """
 
     def __init__(

@@ -42,7 +42,10 @@ class Truth:
 
     @property
     def markers(self) -> Mapping[int, Floats]:
-        """id → (4, 2) mm corners on the page: upper left, upper right, lower right, lower left."""
+        """Return id → corners (4, 2) mm on the page.
+
+        Upper left, upper right, lower right, lower left.
+        """
         return self.printed.markers
 
     @property
@@ -67,9 +70,11 @@ def shoot(
     body: Calibration | None = None,
     calibration: Calibration | None = None,
 ) -> tuple[RangeScan, Truth]:
-    """One shot, with ground truth, of a printed page (markers by default), warped, posed and in focus.
+    """Capture a printed page, warped, posed and in focus.
 
-    body, calibration  as for `shoot_scene`; by default a body with the manual's figures.
+    With markers by default.
+    body, calibration: as for `shoot_scene`; by default a body with the manual's figures.
+    Returns the scan with its ground truth.
     """
     optics = LENSES[lens]
     scene = place_sheet(
@@ -145,14 +150,15 @@ def shoot_scene(
     calibration: Calibration | None = None,
     provenance: Mapping[str, Any] | None = None,
 ) -> tuple[RangeScan, Truth]:
-    """One shot, with ground truth, of a scene, focused at a distance from the front of the lens.
+    """Capture a scene, focused at a distance from the front of the lens.
 
-    body         true geometry of the body and its lens.
-    exposure     laser power and gain against what automatic exposure would choose.
-    noise        False for exact points wherever laser and lens see the surface within the window, and a colour image
-                 without blur or noise.
-    calibration  the calibration that the driver uses; by default the truth.
-    provenance   further entries besides the optics.
+    body: true geometry of the body and its lens.
+    exposure: laser power and gain against what automatic exposure would choose.
+    noise: False for exact points wherever laser and lens see the surface within the window, and a colour image without
+        blur or noise.
+    calibration: the one that the driver uses; by default the true one.
+    provenance: further entries in addition to the optics.
+    Returns the scan with its ground truth.
     """
     taken = expose_scene(scene, body, mode, distance_mm, rng, exposure=exposure, noise=noise)
     calibration = calibration or body

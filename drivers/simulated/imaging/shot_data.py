@@ -20,11 +20,11 @@ CHANNELS = {ShotMode.RED: 0, ShotMode.GREEN: 1, ShotMode.BLUE: 2}
 
 @dataclass(frozen=True)
 class ShotData:
-    """Data of the last shot.
+    """Data of the last capture.
 
-    shot         its number, 0 when there is none.
-    swept        mode of the last sweep, the position of the motor, None before the first.
-    mode, pitch, colour  of the shot; an image is empty where the mode has none.
+    shot: its number, 0 before the first.
+    swept: mode of the last sweep, the position of the motor, None before the first.
+    mode, pitch, colour: of the capture; an image is empty where the mode has none.
     """
 
     shot: int = 0

@@ -1,1 +1,4 @@
-"""What stands in front of the simulated scanner: sheets, what is printed on them, table and light."""
+"""Scene in front of the simulated scanner.
+
+Sheets, what is printed on them, table and light.
+"""

@@ -20,24 +20,23 @@ GRAIN_MM = 7.0  # from one growth ring to the next on a plain-sawn board
 
 
 def linear(codes: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(…) linear light, 0 to 1, of sRGB codes (…) between 0 and 255."""
+    """Convert sRGB codes (…), 0 to 255, to linear light (…), 0 to 1."""
     return np.interp(codes, np.arange(256), LINEAR).astype(np.float32)
 
 
 def srgb(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(…) sRGB codes, 0 to 255 and not rounded, of linear light (…)."""
+    """Convert linear light (…) to sRGB codes (…), 0 to 255, not rounded."""
     light = np.clip(light, 0, 1)
     return np.asarray(np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055) * 255)
 
 
 class Paint:
-    """The colour of a scene's surfaces, averaged over a footprint; `red_reflectance` and `colour_codes` make one.
+    """Colour of a scene's surfaces, averaged over a footprint.
 
-    What lies on the table is seen by `colour_codes` alone.
-
-    image         (h, w, k) float32: the print in whatever unit is wanted.
-    board         (k,) the table in the same unit.
-    footprint_mm  size on the page of what one sample sees.
+    `red_reflectance` and `colour_codes` make one. What lies on the table is seen by `colour_codes` alone.
+    image: (h, w, k) float32, the print in any unit.
+    board: (k,), the table in the same unit.
+    footprint_mm: size on the page of what one sample sees.
     """
 
     def __init__(
@@ -50,7 +49,11 @@ class Paint:
             self._lying = _averaged(scene.lying.image.astype(np.float32), scene.lying.dpi, footprint_mm)
 
     def __call__(self, face: Ints, uv: Floats) -> NDArray[np.float32]:
-        """(n, k) colour of faces (n,) at (n, 2) mm on the page or table."""
+        """Return the colour (n, k) of faces at positions.
+
+        face: (n,).
+        uv: (n, 2) mm on the page or table.
+        """
         colour = self._print(uv)
         table = ~self._scene.on_page[face]
         if table.any():
@@ -88,7 +91,10 @@ class Paint:
 
 
 def _averaged(image: NDArray[np.float32], dpi: float, footprint_mm: float) -> tuple[NDArray[np.float32], Floats]:
-    """A picture (h, w, k) at most as fine as a footprint, and its pixels to a millimetre (2,)."""
+    """Return a picture at most as fine as a footprint.
+
+    image: (h, w, k). Returns it and its pixels to a millimetre (2,).
+    """
     import cv2
 
     pixel = 25.4 / dpi
@@ -99,7 +105,7 @@ def _averaged(image: NDArray[np.float32], dpi: float, footprint_mm: float) -> tu
 
 
 def _sampled(image: NDArray[np.float32], pixels: Floats) -> NDArray[np.float32]:
-    """(n, k) values of a picture (h, w, k) at pixels (n, 2) x, y."""
+    """Return values (n, k) of a picture (h, w, k) at pixels (n, 2) x, y."""
     import cv2
 
     if not len(pixels):  # cv2 takes no empty images
@@ -112,9 +118,10 @@ def _sampled(image: NDArray[np.float32], pixels: Floats) -> NDArray[np.float32]:
 
 
 def red_reflectance(scene: Scene, footprint_mm: float) -> Paint:
-    """Paint with k = 1: what comes back at the laser's 690 nm, 0 to 1, taken from the red channel.
+    """Return the reflectance at the laser's 690 nm, as paint with k = 1.
 
-    Carbon black, cyan, blue and green inks are dark there, magenta, yellow and red ones nearly as bright as the paper.
+    0 to 1, taken from the red channel. Carbon black, cyan, blue and green inks are dark there, magenta, yellow and red
+    ones nearly as bright as the paper.
     """
     return Paint(scene, LINEAR[scene.printed.image[..., :1]], LINEAR[_board(scene)[:1]], footprint_mm)
 
@@ -125,5 +132,5 @@ def colour_codes(scene: Scene, footprint_mm: float) -> Paint:
 
 
 def _board(scene: Scene) -> Bytes:
-    """(3,) sRGB of the table; black where there is none."""
+    """Return the sRGB (3,) of the table; black without one."""
     return np.array(BOARD.get(scene.table, (0, 0, 0)), np.uint8)

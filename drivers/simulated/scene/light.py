@@ -19,10 +19,10 @@ GOLDEN = np.pi * (3 - 5**0.5)  # turns a spiral so that its points cover a disc 
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class Lamp:
-    """A lamp at `at_mm` (x, y, z) in the scanner's frame.
+    """Lamp at `at_mm` (x, y, z) in the scanner's frame.
 
-    share      of the light on paper that faces the scanner in the middle of the picture.
-    radius_mm  of a disc that faces the page; 0 for a point, whose shadows are sharp.
+    share: fraction of the light on paper that faces the scanner in the centre of the image.
+    radius_mm: of a disc that faces the page; 0 for a point, whose shadows are sharp.
     """
 
     at_mm: tuple[float, float, float]
@@ -31,7 +31,7 @@ class Lamp:
     radius_mm: Annotated[float, Field(ge=0, le=1000)] = 0.0
 
     def points(self) -> Floats:
-        """(k, 3) mm: the points that stand for the lamp."""
+        """Return the points (k, 3) mm that stand for the lamp."""
         if self.radius_mm == 0:
             return np.array([self.at_mm])
         k = np.arange(LAMP_POINTS)
@@ -48,11 +48,10 @@ DESK_LAMP = Lamp(at_mm=(-0.5 * FAR_MM, 0.45 * FAR_MM, 0.75 * FAR_MM))
 class Light:
     """All light on the scene.
 
-    ambient  share of the light that comes from all sides; with those of the lamps it makes 1 on white paper that is
-             exposed to code 226.
-    lean     gradient of the ambient light: how much more falls on surfaces that face right, and up, than on level
-             ones.
-    shadows  whether the scene casts shadows and occludes ambient light.
+    ambient: fraction of the light that comes from all sides; with those of the lamps it makes 1 on white paper that is
+        exposed to code 226.
+    lean: gradient of the ambient light: how much more falls on surfaces that face right, and up, than on level ones.
+    shadows: whether the scene casts shadows and occludes ambient light.
     """
 
     lamps: tuple[Lamp, ...] = (DESK_LAMP,)
@@ -63,7 +62,10 @@ class Light:
 
     @property
     def level(self) -> Floats:
-        """(3,) the light on paper that faces the scanner in the middle of the picture, nothing in its way."""
+        """Return the light (3,) on paper that faces the scanner, unobstructed.
+
+        In the centre of the image.
+        """
         lamps = [lamp.share * np.array(lamp.colour) for lamp in self.lamps]
         return np.asarray(sum(lamps, self.ambient * np.array(self.ambient_colour)))
 

@@ -47,7 +47,10 @@ class Axle:
     direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
     def motion(self, angle_deg: float) -> tuple[Floats, Floats]:
-        """Rotation (3, 3) and shift (3,) mm of a turn: a point p goes to rotation · p + shift."""
+        """Return rotation (3, 3) and shift (3,) mm of a motion by an angle.
+
+        A point p goes to rotation · p + shift.
+        """
         along = np.asarray(self.direction) / np.linalg.norm(self.direction)
         rotation = Rotation.from_rotvec(np.radians(angle_deg) * along).as_matrix()
         return rotation, np.asarray(self.point_mm) - rotation @ self.point_mm
@@ -55,7 +58,10 @@ class Axle:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """The exact surface of the page in the scanner's frame: the warped sheet, then a rigid motion."""
+    """Exact surface of the page in the scanner's frame.
+
+    The warped sheet, then a rigid motion.
+    """
 
     sheet: Sheet
     page_mm: PageSize
@@ -63,7 +69,10 @@ class Surface:
     shift: Floats
 
     def __call__(self, page_uv: Floats) -> Floats:
-        """(…, 3) mm in the scanner's frame of points (…, 2) mm from the lower left corner of the page."""
+        """Return points (…, 3) mm in the scanner's frame.
+
+        page_uv: (…, 2) mm from the lower left corner of the page.
+        """
         return self.sheet.warp(page_uv - np.asarray(self.page_mm) / 2, self.page_mm) @ self.rotation.T + self.shift
 
 
@@ -85,14 +94,14 @@ class TablePicture:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A triangle mesh in the scanner's frame.
+    """Triangle mesh in the scanner's frame.
 
-    vertices  (n, 3) mm.
-    page_uv   (n, 2) mm from the lower left corner of the page; for the table, mm on it from below the middle of the
-              page.
-    faces     (m, 3).
-    on_page   (m,) bool, False for the faces of the table.
-    lying     what lies on the table beside the page.
+    vertices: (n, 3) mm.
+    page_uv: (n, 2) mm from the lower left corner of the page; for the table, mm on it from below the centre of the
+        page.
+    faces: (m, 3).
+    on_page: (m,) bool, False for the faces of the table.
+    lying: what lies on the table next to the page.
     """
 
     vertices: Floats
@@ -128,10 +137,10 @@ def place_sheet(
     gap_mm: float = 3.0,
     light: Light | None = None,
 ) -> Scene:
-    """Scene of a printed sheet with its middle on the optical axis at a depth from the lens centre, and the table
-    `gap_mm` below its lowest point.
+    """Place a printed sheet with its centre on the optical axis.
 
-    Raises SettingsError when the sheet has overhangs, which no scanner can see.
+    At a depth from the lens centre, with the table `gap_mm` below its lowest point. Raises SettingsError when the sheet
+    has overhangs, which no scanner can see.
     """
     pose = pose or Pose()
     page_mm = printed.page_mm

@@ -37,11 +37,12 @@ def test_every_leaf_is_drawn(book, tmp_path):
     pdf.write_bytes(contact_sheet(read_session(book), 3))
     with pikepdf.open(pdf) as opened:
         (page,) = opened.pages
-        image = np.asarray(pikepdf.PdfImage(next(iter(page.images.values()))).as_pil_image().convert("RGB")).astype(int)
+        (stored,) = page.get_images().values()
+        image = np.asarray(pikepdf.PdfImage(stored).as_pil_image().convert("RGB")).astype(int)
     red = (image[..., 0] > 200) & (image[..., 1] < 60)
     blue = (image[..., 2] > 200) & (image[..., 1] < 60)
     assert np.argwhere(red)[:, 1].max() < np.argwhere(blue)[:, 1].min()
-    assert min(red.sum(), blue.sum()) == pytest.approx(60 * 80, rel=0.05)  # a smaller picture is not enlarged
+    assert min(red.sum(), blue.sum()) == pytest.approx(60 * 80, rel=0.1)  # not enlarged; JPEG blurs its border
 
 
 def test_more_leaves_need_more_sheets(book, tmp_path):

@@ -13,7 +13,7 @@ import pytest
 
 from station.batch.run_tasks import run
 from station.workers.executors import local_workers
-from station.workers.process import Interrupted, Isolation, Limits, PageProcess, ProcessEnded, WorkFault
+from station.workers.process import Interrupted, Isolation, Limits, MemoryFull, PageProcess, ProcessEnded, WorkFault
 from tests.station.workers import work
 
 LIMIT_MIB = 1024  # the interpreter and numpy have some hundred megabytes of data and stacks
@@ -53,6 +53,20 @@ def test_a_crash_is_named_and_the_next_call_has_another_process(process) -> None
     with pytest.raises(ProcessEnded, match="SIGSEGV"):
         process.call(work.read_nothing, None, ())
     assert process.call(work.double, 4, ()) == 8
+
+
+@pytest.mark.parametrize(("memory_mib", "fault"), [(LIMIT_MIB, MemoryFull), (None, None)])
+def test_a_crash_under_a_limit_is_left_to_a_computer_with_more_memory(memory_mib, fault) -> None:
+    """A native library aborts where it is given no memory: that is no fault of the page."""
+    isolation = Isolation(Limits(memory_mib=memory_mib))
+    try:
+        if fault is None:
+            assert len(isolation.run(work.crash_twice, None, is_last=False)) == 2
+        else:
+            with pytest.raises(fault, match="SIGSEGV"):
+                isolation.run(work.crash_twice, None, is_last=False)
+    finally:
+        isolation.close()
 
 
 def test_a_page_that_crashes_is_tried_twice_and_then_set_aside(isolation) -> None:

@@ -1,4 +1,7 @@
-"""Simulated rotary stages: the nine controllers of the driver's table, each on a serial port of its own."""
+"""Simulated turntables: the nine controllers of the driver's table.
+
+Each is on a separate serial port.
+"""
 
 from __future__ import annotations
 

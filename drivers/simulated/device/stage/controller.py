@@ -1,4 +1,7 @@
-"""State machine common to all simulated controllers: an axle, a command queue, answers when they are due."""
+"""State machine common to all simulated controllers.
+
+An axle, a command queue, answers when they are due.
+"""
 
 from __future__ import annotations
 
@@ -71,7 +74,10 @@ class Machine:
         return [answer for answer in at_once if answer]
 
     def due(self, now: float) -> list[bytes]:
-        """Go on with what was heard, one command after the other; returns the answers that are due."""
+        """Process what was received, and return the answers that are due.
+
+        One command after the other.
+        """
         answers = []
         while self._held is None or not self.axle.moving(now):
             if self._held is not None:

@@ -1,7 +1,8 @@
-"""Command dialects of the nine simulated controllers: four dialects, each as strict as its devices.
+"""Command dialects of the nine simulated controllers.
 
-They are written from what the commands mean and share nothing with the driver but the pulses to a turn. What no source
-states (which commands are answered, and when) is the assumption named in the driver's table.
+They are four dialects, each as strict as its devices. They are written from what the commands mean and have nothing in
+common with the driver but the pulses to a rotation. What no source states (which commands are answered, and when) is
+the assumption named in the driver's table.
 """
 
 from __future__ import annotations
@@ -59,7 +60,10 @@ def _echo_off(machine: Machine, _match: re.Match[bytes], _now: float) -> None:
 
 
 def _sigma(answer: bytes, refusal: bytes, *more: tuple[bytes, Action]) -> Dialect:
-    """Sigma Koki: a move is accepted at once and runs on its own; until it ends only L: is heard."""
+    """Return the dialect of Sigma Koki.
+
+    A move is accepted at once and runs on its own; until it ends only L: is heard.
+    """
     table: tuple[tuple[bytes, Action], ...] = (
         (rb"D:(?:1|2|W)(?:S\d+F(?P<speed>\d+)R\d+)(?:S\d+F\d+R\d+)?", _set_speed),
         (rb"M:1\+P(?P<pulses>\d+)", _aim),
@@ -144,6 +148,9 @@ MACHINES = {
 
 
 def machine(model: str, *, relative: bool = False) -> Machine:
-    """A simulated controller, standing where it was switched on. relative: M: counts from where the stage stands."""
+    """Return a simulated controller, standing where it was switched on.
+
+    relative: M: counts from the present position.
+    """
     dialect, pulses = MACHINES[model]
     return Machine(dialect, pulses, {"relative": relative, "echo": dialect is ZETA})

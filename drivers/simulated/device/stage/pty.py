@@ -1,4 +1,7 @@
-"""A simulated controller at the end of a pseudo-terminal: a serial port that any program can open."""
+"""A simulated controller at the end of a pseudo-terminal.
+
+It is a serial port that any program can open.
+"""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ PATCHES = {
     "black": (20.461, -0.079, -0.973),
 }
 ROWS, COLS = 4, 6
-GAP = 0.1  # black between patches, as a share of a patch, and twice as much round them
+GAP = 0.1  # black between patches, as a fraction of a patch, and twice as much round them
 FRAME = (32, 32, 32)
 # From XYZ under D50 to linear sRGB: IEC 61966-2-1 with the Bradford transform from D65.
 TO_SRGB = np.array(
@@ -57,7 +57,10 @@ class Chart:
     gloss: Gloss = 0.0
 
     def print_on(self, page_mm: PageSize) -> Print:
-        """Patches by their names in `Print.patches`. Cyan, which sRGB cannot show, is printed as near as it can."""
+        """Print patches by their names in `Print.patches`.
+
+        Cyan, which sRGB cannot show, is printed as near as it can.
+        """
         image = blank(page_mm).copy()
         room = (np.asarray(page_mm) - 2 * self.margin_mm) / MM_PER_PIXEL
         units = np.array([COLS, ROWS]) * (1 + GAP) + 3 * GAP
@@ -81,7 +84,10 @@ def _fill(
 
 
 def _codes(lab: Floats) -> Bytes:
-    """(3,) sRGB codes of a colour in L*a*b* under D50 (CIE 15:2004, 8.2.1)."""
+    """Return sRGB codes (3,) of a colour in L*a*b* under D50.
+
+    CIE 15:2004, 8.2.1.
+    """
     y = (lab[0] + 16) / 116
     f = np.array([y + lab[1] / 500, y, y - lab[2] / 200])
     xyz = D50 * np.where(f > 6 / 29, f**3, 3 * (6 / 29) ** 2 * (f - 4 / 29))

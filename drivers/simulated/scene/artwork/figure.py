@@ -31,14 +31,20 @@ COARSE = 3  # the landscape is painted at 100 dpi, as pictures on the web are
 
 @parameters
 class Figure:
-    """Ink fields along the top, a colour picture on the left, circles on the right, and captions."""
+    """Ink fields along the top, a picture, circles, and captions.
+
+    The colour picture is on the left, the circles on the right.
+    """
 
     name: ClassVar[str] = "figure"
     caption_pt: Annotated[float, Field(ge=6, le=36)] = 14.0
     gloss: Gloss = 0.0
 
     def print_on(self, page_mm: PageSize) -> Print:
-        """Positions are shares of the page: fields from 0.05 to 0.25 of its height, figures to 0.82, captions below."""
+        """Print the figure; positions are fractions of the page.
+
+        Fields from 0.05 to 0.25 of its height, figures to 0.82, captions below.
+        """
         image = blank(page_mm).copy()
         size = np.asarray(page_mm) / MM_PER_PIXEL
         patches = {
@@ -59,7 +65,10 @@ class Figure:
 
 
 def landscape(height: int, width: int) -> Bytes:
-    """(height, width, 3) uint8 RGB: a sky that fades from blue to orange, a sun, and three ranges of hills."""
+    """Draw a landscape, (height, width, 3) uint8 RGB.
+
+    A sky that fades from blue to orange, a sun, and three ranges of hills.
+    """
     y, x = (np.mgrid[:height, :width] + 0.5) / np.array([height, width]).reshape(2, 1, 1)
     picture = _mix(np.array([70.0, 110, 190]), np.array([250.0, 170, 90]), y / 0.7)
     picture = _mix(picture, np.array([255.0, 244, 200]), 9 - np.hypot((x - 0.68) * width / height, y - 0.42) * 100)

@@ -26,10 +26,10 @@ class White:
 
 @parameters
 class Markers:
-    """A page full of fiducial markers (ArUco DICT_4X4_250), numbered row by row from the upper left.
+    """Page full of ArUco markers (DICT_4X4_250), numbered row by row.
 
-    As it stands, 189 pixels for a marker, 254 from one to the next and 94 of margin print as 16.002, 21.505 and 7.959
-    mm.
+    From the upper left. By default, 189 pixels for a marker, 254 from one to the next and 94 of margin print as 16.002,
+    21.505 and 7.959 mm.
     """
 
     name: ClassVar[str] = "markers"

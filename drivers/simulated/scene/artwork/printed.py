@@ -28,7 +28,10 @@ Box = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Word:
-    """A printed word, the box (left, bottom, right, top) mm of its ink on the page, and the size of the type."""
+    """Printed word.
+
+    The box (left, bottom, right, top) mm of its ink on the page, and the size of the type.
+    """
 
     text: str
     box: Box
@@ -70,12 +73,15 @@ class Artwork(Protocol):
 
 
 def blank(page_mm: PageSize, dpi: float = DPI) -> Bytes:
-    """(h, w, 3) uint8 RGB: white paper that covers the page."""
+    """Return white paper that covers the page, (h, w, 3) uint8 RGB."""
     width, height = (int(np.ceil(side * dpi / 25.4 - 1e-9)) for side in page_mm)
     return np.full((height, width, 3), PAPER, np.uint8)
 
 
 def box_mm(left: float, top: float, right: float, bottom: float, page_mm: PageSize, dpi: float = DPI) -> Box:
-    """(left, bottom, right, top) mm on the page of a box given by pixel edges in its picture."""
+    """Return the box on the page of a box in its picture.
+
+    Given by pixel edges. Returns (left, bottom, right, top) mm.
+    """
     height, pixel = page_mm[1], 25.4 / dpi
     return left * pixel, height - bottom * pixel, right * pixel, height - top * pixel

@@ -65,7 +65,10 @@ class Text:
     dpi: Annotated[int, Field(ge=100, le=1200)] = DPI
 
     def print_on(self, page_mm: PageSize) -> Print:
-        """Sentences in random order, one paragraph of three to each size, then on in the last."""
+        """Print sentences in random order.
+
+        One paragraph of three to each size, then on in the last.
+        """
         rng = np.random.default_rng(self.seed)
         sentences = cycle(rng.permutation(SENTENCES))
         picture = Image.fromarray(blank(page_mm, self.dpi))

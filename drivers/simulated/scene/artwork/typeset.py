@@ -29,7 +29,10 @@ class Column:
     dpi: float = DPI
 
     def set(self, text: str, size_pt: float, face: Face) -> Iterator[Word]:
-        """Draw a paragraph below what the column holds, and yield its words; words that do not fit are left out."""
+        """Draw a paragraph below the column's content, and yield its words.
+
+        Words that do not fit are left out.
+        """
         font = typeface(face, size_pt, self.dpi)
         pen = ImageDraw.Draw(self.picture)
         line = size_pt / 72 * self.dpi * LEADING
@@ -62,7 +65,10 @@ def _lines(words: Iterable[str], font: ImageFont.FreeTypeFont, width: float) -> 
 
 @cache
 def typeface(face: Face, size_pt: float, dpi: float = DPI) -> ImageFont.FreeTypeFont:
-    """An open typeface (Source Serif or Source Sans, SIL Open Font Licence) at a size on paper."""
+    """Return an open typeface at a size on paper.
+
+    Source Serif or Source Sans, SIL Open Font Licence.
+    """
     import font_source_sans_pro as sans
     import font_source_serif_pro as serif
 

@@ -25,16 +25,22 @@ Slope = Annotated[float, Field(ge=-80, le=80)]  # steeper walls hide from the ca
 
 
 class Bent:
-    """A sheet bent about rulings at right angles to `angle_deg`. Subclasses give the slope of the profile."""
+    """Sheet bent about rulings at right angles to `angle_deg`.
+
+    Subclasses give the slope of the profile.
+    """
 
     angle_deg: float = 0.0
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:
-        """(…) rad: slope of the profile at lengths (…) mm from the middle of the page. It may jump at s = 0 only."""
+        """Return the slope (…) rad of the profile at lengths (…) mm.
+
+        From the centre of the page. It may jump at s = 0 only.
+        """
         raise NotImplementedError
 
     def warp(self, paper: Floats, page_mm: PageSize) -> Floats:
-        """(…, 3) mm: where the points (…, 2) mm of the flat page lie in space."""
+        """Map points (…, 2) mm of the flat page to space, (…, 3) mm."""
         across, along = direction(self.angle_deg), direction(self.angle_deg + 90)
         x, z = self._profile(paper @ across, page_mm)
         return np.concatenate([x[..., None] * across + (paper @ along)[..., None] * along, z[..., None]], axis=-1)
@@ -60,7 +66,10 @@ class Bent:
         return x, z
 
     def _integral(self, start: Floats, length: Floats, page_mm: PageSize) -> Floats:
-        """(2, …) ∫ cos φ ds and ∫ sin φ ds over intervals (…) that start at (…)."""
+        """Integrate cos φ and sin φ over intervals (…), (2, …).
+
+        They begin at start (…).
+        """
         half = np.asarray(length)[..., None] / 2
         slope = self.slope(start[..., None] + half * (1 + NODES), page_mm)
         return np.stack([np.sum(f(slope) * WEIGHTS * half, axis=-1) for f in (np.cos, np.sin)])
@@ -73,7 +82,7 @@ class Flat(Bent):
     name: ClassVar[str] = "flat"
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:  # noqa: ARG002 (the same on every page)
-        """(…) rad: zero everywhere."""
+        """Return the slope (…) rad: zero everywhere."""
         return np.zeros_like(s)
 
     def mesh(self, page_mm: PageSize) -> tuple[Floats, Ints]:
@@ -101,17 +110,21 @@ class Curl(Bent):
     angle_deg: Angle = 0.0
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:
-        """(…) rad: curvature −(1 + taper·s/half) / radius, integrated from the middle."""
+        """Return the slope (…) rad, the curvature integrated from the centre.
+
+        The curvature is −(1 + taper·s/half) / radius.
+        """
         half = page_mm[0] / 2
         return -(s + self.taper * s**2 / (2 * half)) / self.radius_mm
 
 
 @parameters
 class Binding(Bent):
-    """The right-hand page of a thick book: the slope falls off with the distance from the spine at the left edge.
+    """Right-hand page of a thick book.
 
-    slope_deg  at the spine.
-    reach_mm   distance over which the slope falls to 1/e.
+    The slope falls off with the distance from the spine at the left edge.
+    slope_deg: at the spine.
+    reach_mm: distance over which the slope falls to 1/e.
     """
 
     name: ClassVar[str] = "binding"
@@ -119,7 +132,7 @@ class Binding(Bent):
     reach_mm: Annotated[float, Field(ge=8, le=200)] = 30.0
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:
-        """(…) rad: slope at the spine times exp(−distance / reach)."""
+        """Return the slope (…) rad: at the spine times exp(−distance / reach)."""
         return np.radians(self.slope_deg) * np.exp(-(s + page_mm[0] / 2) / self.reach_mm)
 
 
@@ -136,7 +149,10 @@ class Spread(Bent):
     reach_mm: Annotated[float, Field(ge=8, le=200)] = 25.0
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:  # noqa: ARG002 (the same on every page)
-        """(…) rad: rising on both sides of the gutter, exp(−distance / reach)."""
+        """Return the slope (…) rad, rising on both sides of the gutter.
+
+        As exp(−distance / reach).
+        """
         return np.sign(s) * np.radians(self.slope_deg) * np.exp(-np.abs(s) / self.reach_mm)
 
 
@@ -151,5 +167,5 @@ class Wave(Bent):
     phase_deg: Angle = 0.0
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:  # noqa: ARG002 (the same on every page)
-        """(…) rad: a sine of the length along the paper."""
+        """Return the slope (…) rad: a sine of the length along the paper."""
         return np.radians(self.slope_deg) * np.sin(2 * np.pi * s / self.wavelength_mm + np.radians(self.phase_deg))

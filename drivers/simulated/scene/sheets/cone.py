@@ -29,7 +29,10 @@ class Cone:
     angle_deg: Annotated[float, Field(ge=-180, le=180)] = 20.0
 
     def warp(self, paper: Floats, page_mm: PageSize) -> Floats:  # noqa: ARG002 (the same on every page)
-        """(…, 3) mm. Polar angle ψ about the apex becomes ψ / sin(opening) about the axis; distances from it stay."""
+        """Map points of the flat page to space, (…, 3) mm.
+
+        Polar angle ψ about the apex becomes ψ / sin(opening) about the axis; distances from it stay.
+        """
         along, across = direction(self.angle_deg), direction(self.angle_deg + 90)
         sin, cos = np.sin(np.radians(self.opening_deg)), np.cos(np.radians(self.opening_deg))
         from_apex, turn = paper + self.apex_mm * along, self._angle(paper) / sin
@@ -49,7 +52,10 @@ class Cone:
         return ruled_mesh(page_mm, self._angle, cut, RULING_RAD)
 
     def _angle(self, paper: Floats) -> Floats:
-        """(…) rad: polar angle about the apex, zero on the ruling through the middle of the page."""
+        """Return the polar angle (…) rad about the apex.
+
+        Zero on the ruling through the centre of the page.
+        """
         along, across = direction(self.angle_deg), direction(self.angle_deg + 90)
         from_apex = paper + self.apex_mm * along
         return np.arctan2(from_apex @ across, from_apex @ along)

@@ -19,13 +19,16 @@ from drivers.simulated.scene.sheets.sheet import PageSize, corners, parameters
 from restore.scan import Floats, Ints
 
 NARROW_MM = 5.0  # paper of 0.1 mm does not hold pleats much narrower than this when crumpled by hand …
-MAX_NARROW_SHARE = 0.1  # … but corners where creases meet are narrow: they may cover this share of the page
+MAX_NARROW_SHARE = 0.1  # … but corners where creases meet are narrow: they may cover this fraction of the page
 TRIALS = 500  # planes tried for one crease; where none fits, the sheet is as crumpled as its steepest slope allows
 
 
 @dataclass(frozen=True, eq=False)
 class Facet:
-    """A flat piece: its outline (k, 2) mm on the page, and the rotation (3, 2) and shift (3,) mm that place it."""
+    """Flat piece of a crumpled sheet.
+
+    Its outline (k, 2) mm on the page, and the rotation (3, 2) and shift (3,) mm that place it.
+    """
 
     outline: Floats
     rotation: Floats
@@ -33,12 +36,12 @@ class Facet:
 
     @property
     def normal(self) -> Floats:
-        """(3,) unit normal towards the reader."""
+        """Return the unit normal (3,) towards the reader."""
         return np.cross(self.rotation[:, 0], self.rotation[:, 1])
 
     @property
     def place(self) -> Floats:
-        """(k, 3) mm: where the corners of the outline lie in space."""
+        """Return the corners (k, 3) mm of the outline in space."""
         return np.asarray(self.outline @ self.rotation.T + self.shift)
 
     def mirrored(self, plane: Floats) -> Facet:
@@ -65,7 +68,10 @@ class Crumpled:
     seed: Annotated[int, Field(ge=0)] = 0
 
     def warp(self, paper: Floats, page_mm: PageSize) -> Floats:
-        """(…, 3) mm: the points mirrored at one plane after the other, then levelled."""
+        """Map points of the flat page to space, (…, 3) mm.
+
+        They are mirrored at one plane after the other, then levelled.
+        """
         planes, _, upright = crumple(self, page_mm)
         space = np.concatenate([paper, np.zeros((*paper.shape[:-1], 1))], axis=-1)
         for plane in planes:
@@ -80,7 +86,10 @@ class Crumpled:
 
 @cache
 def crumple(sheet: Crumpled, page_mm: PageSize) -> tuple[tuple[Floats, ...], tuple[Facet, ...], Floats]:
-    """The planes (n, d) whose side n·x > d is mirrored, the facets that come of it, and the levelling rotation."""
+    """Crumple a sheet.
+
+    Returns the planes (n, d) whose side n·x > d is mirrored, the resulting facets, and the levelling rotation.
+    """
     rng = np.random.default_rng(sheet.seed)
     facets: tuple[Facet, ...] = (Facet(corners(page_mm), np.eye(3)[:, :2], np.zeros(3)),)
     planes: list[Floats] = []
@@ -96,7 +105,10 @@ def crumple(sheet: Crumpled, page_mm: PageSize) -> tuple[tuple[Floats, ...], tup
 def _crease(
     rng: np.random.Generator, facets: tuple[Facet, ...], sheet: Crumpled
 ) -> tuple[Floats, tuple[Facet, ...]] | None:
-    """A random plane that leaves no facet too steep and few too narrow, and the facets mirrored at it, or None."""
+    """Return a random plane, and the facets mirrored at it, or None.
+
+    It leaves no facet too steep and few too narrow.
+    """
     places, normals = [f.place for f in facets], np.array([f.normal for f in facets])
     areas = areas_of([f.outline for f in facets])
     starts, space = np.cumsum([0, *map(len, places[:-1])]), np.concatenate(places)
@@ -114,7 +126,7 @@ def _crease(
 
 
 def _narrow(facets: tuple[Facet, ...]) -> float:
-    """Share of the page that lies on facets narrower than NARROW_MM."""
+    """Return the fraction of the page on facets narrower than NARROW_MM."""
     outlines = [f.outline for f in facets]
     areas = areas_of(outlines)
     rims = np.array([np.linalg.norm(o - np.roll(o, 1, 0), axis=1).sum() for o in outlines])
@@ -122,7 +134,10 @@ def _narrow(facets: tuple[Facet, ...]) -> float:
 
 
 def _random_plane(rng: np.random.Generator, point: Floats, most_tilt: float) -> Floats:
-    """A plane (n, d) through a point, tilted at random from level, with either side beyond it."""
+    """Return a plane (n, d) through a point, tilted at random.
+
+    From level, with either side beyond it.
+    """
     tilt, azimuth = most_tilt * rng.uniform(0.3, 1), rng.uniform(0, 2 * np.pi)
     upward = np.array([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
     normal = upward * rng.choice([-1, 1])

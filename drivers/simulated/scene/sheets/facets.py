@@ -13,7 +13,10 @@ WELD_MM = 1e-6  # corners of neighbouring facets closer than this are one vertex
 
 
 def split(polygon: Floats, side: Floats) -> tuple[Floats, Floats]:
-    """The parts (k, 2) of a convex polygon where `side` (k,), linear over it, is negative and positive; or empty."""
+    """Split a convex polygon where `side` (k,), linear over it, is 0.
+
+    Returns the parts (k, 2) where it is negative and positive; or empty.
+    """
     below: list[Floats] = []
     above: list[Floats] = []
     for start, end, here, there in zip(polygon, np.roll(polygon, -1, 0), side, np.roll(side, -1), strict=True):
@@ -33,7 +36,10 @@ def _polygon(points: list[Floats]) -> Floats:
 
 
 def clip(polygon: Floats, page_mm: PageSize) -> Floats:
-    """The part (k, 2) of a convex polygon that lies on the page; empty when there is none."""
+    """Return the part (k, 2) of a convex polygon that lies on the page.
+
+    Empty outside the page.
+    """
     for axis in (0, 1):
         for sign in (1.0, -1.0):
             if len(polygon):
@@ -42,10 +48,13 @@ def clip(polygon: Floats, page_mm: PageSize) -> Floats:
 
 
 def mesh_of_polygons(polygons: Iterable[Floats]) -> tuple[Floats, Ints]:
-    """One mesh (n, 2), (m, 3) of convex counter-clockwise polygons, with common corners made one vertex."""
+    """Return one mesh (n, 2), (m, 3) of convex polygons.
+
+    They are counter-clockwise; common corners become one vertex.
+    """
     fans = [np.stack([np.broadcast_to(p[0], p[1:-1].shape), p[1:-1], p[2:]], axis=1) for p in polygons if len(p) > 2]
     triangles = np.concatenate(fans)
-    # What cutting at a corner leaves behind is no facet.
+    # What cutting at a corner leaves behind is not a facet.
     triangles = triangles[doubled_areas(triangles) > WELD_MM]
     keys = np.round(triangles.reshape(-1, 2) / WELD_MM).astype(np.int64)
     _, first, vertex = np.unique(keys, axis=0, return_index=True, return_inverse=True)
@@ -53,13 +62,16 @@ def mesh_of_polygons(polygons: Iterable[Floats]) -> tuple[Floats, Ints]:
 
 
 def doubled_areas(triangles: Floats) -> Floats:
-    """(m,) mm²: twice the signed areas of triangles (m, 3, 2)."""
+    """Return twice the signed areas (m,) mm² of triangles (m, 3, 2)."""
     edge, other = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     return np.asarray(edge[:, 0] * other[:, 1] - edge[:, 1] * other[:, 0])
 
 
 def level(normals: Floats, areas: Floats) -> Floats:
-    """(3, 3) rotation that turns the mean of normals (n, 3), weighted by areas (n,), towards the reader (+z)."""
+    """Return the rotation (3, 3) that levels the mean of normals (n, 3).
+
+    Weighted by areas (n,); it is turned towards the reader (+z).
+    """
     mean = (normals * areas[:, None]).sum(axis=0)
     z = mean / np.linalg.norm(mean)
     x = np.array([z[2], 0.0, -z[0]]) / np.hypot(z[0], z[2])
@@ -67,5 +79,5 @@ def level(normals: Floats, areas: Floats) -> Floats:
 
 
 def areas_of(polygons: Sequence[Floats]) -> Floats:
-    """(n,) mm² areas of counter-clockwise polygons."""
+    """Return the areas (n,) mm² of counter-clockwise polygons."""
     return np.array([np.sum(p[:, 0] * np.roll(p[:, 1], -1) - np.roll(p[:, 0], -1) * p[:, 1]) / 2 for p in polygons])

@@ -30,7 +30,10 @@ class MultiFold:
     creases: tuple[Crease, ...] = ((-75.0, 6.0, 40.0), (-5.0, -4.0, -48.0), (70.0, 8.0, 36.0))
 
     def warp(self, paper: Floats, page_mm: PageSize) -> Floats:
-        """(…, 3) mm: each facet moves rigidly with all folds to the left of it."""
+        """Map points of the flat page to space, (…, 3) mm.
+
+        Each facet moves rigidly with all folds to the left of it.
+        """
         rotations, shifts = self._motions(page_mm)
         facet = sum(self._right_of(crease, paper) > 0 for crease in self.creases) + np.zeros(paper.shape[:-1], int)
         return np.einsum("...ij,...j->...i", rotations[facet][..., :2], paper) + shifts[facet]
@@ -78,15 +81,14 @@ class MultiFold:
 
 @parameters
 class Miura:
-    """A Miura fold: parallelograms in rows and columns, creased in two directions at once.
+    """Miura fold: parallelograms in rows and columns.
 
-    Positions of the vertices follow M. Schenk and S. Guest, "Geometry of Miura-folded metamaterials", PNAS 110 (2013),
-    eqs. 1–4.
-
-    side_mm       length of a parallelogram along the straight creases, which run up the page.
-    width_mm      length of its other side, along the zigzag creases.
-    acute_deg     the angle between the two.
-    fold_deg      how far each parallelogram is tilted: 0 is flat.
+    They are creased in two directions at once. Positions of the vertices follow M. Schenk and S. Guest, "Geometry of
+    Miura-folded metamaterials", PNAS 110 (2013), eqs. 1–4.
+    side_mm: length of a parallelogram along the straight creases, which run up the page.
+    width_mm: length of its other side, along the zigzag creases.
+    acute_deg: the angle between the two.
+    fold_deg: how far each parallelogram is tilted: 0 is flat.
     """
 
     name: ClassVar[str] = "miura"
@@ -96,7 +98,10 @@ class Miura:
     fold_deg: Annotated[float, Field(ge=0, le=75)] = 30.0
 
     def warp(self, paper: Floats, page_mm: PageSize) -> Floats:  # noqa: ARG002 (the same on every page)
-        """(…, 3) mm: each parallelogram is carried by the positions of its corner and sides."""
+        """Map points of the flat page to space, (…, 3) mm.
+
+        Each parallelogram is carried by the positions of its corner and sides.
+        """
         column, row, across, along = self._cell(paper)
         odd_column, odd_row = column % 2, row % 2
         theta, gamma = np.radians(self.fold_deg), np.radians(self.acute_deg)
@@ -112,7 +117,10 @@ class Miura:
         return np.stack([x, y, z], axis=-1)
 
     def mesh(self, page_mm: PageSize) -> tuple[Floats, Ints]:
-        """The parallelograms cut at the edge of the page: points (n, 2) mm of the flat page and triangles (m, 3)."""
+        """Return the parallelograms cut at the edge of the page.
+
+        Points (n, 2) mm of the flat page and triangles (m, 3).
+        """
         reach = np.asarray(page_mm) / 2
         columns = int(np.ceil(reach[0] / self._column_mm)) + 1
         rows = int(np.ceil((reach[1] + self._stagger_mm) / self.side_mm)) + 1
@@ -128,7 +136,10 @@ class Miura:
         return float(self.width_mm * np.cos(np.radians(self.acute_deg)))
 
     def _cell(self, paper: Floats) -> tuple[Ints, Ints, Floats, Floats]:
-        """Column and row of the parallelogram under each point, and the place in it, 0 to 1 across and along."""
+        """Return column and row of the parallelogram under each point.
+
+        Returns also the place in it, 0 to 1 across and along.
+        """
         column = np.floor(paper[..., 0] / self._column_mm)
         across = paper[..., 0] / self._column_mm - column
         up = (paper[..., 1] - self._stagger_mm * np.where(column % 2, 1 - across, across)) / self.side_mm

@@ -17,11 +17,12 @@ PARALLEL = 1e-12  # a direction within this of an edge of the page never crosses
 def ruled_mesh(
     page_mm: PageSize, position: Callable[[Floats], Floats], cut: Callable[[Floats], Floats], step: float
 ) -> tuple[Floats, Ints]:
-    """Points (n, 2) mm and triangles (m, 3) that cover the page: exact along the rulings, `step` apart across them.
+    """Return points (n, 2) mm and triangles (m, 3) that cover the page.
 
-    position  parameter (…) of the ruling through points (…, 2).
-    cut       the points (n, 2, 2) where rulings (n,) enter and leave the page, the next on the right.
-    step      distance between rulings in units of the parameter; its multiples, zero among them, are rulings.
+    Exact along the rulings, `step` apart across them.
+    position: parameter (…) of the ruling through points (…, 2).
+    cut: the points (n, 2, 2) where rulings (n,) enter and leave the page, the next on the right.
+    step: distance between rulings in units of the parameter; its multiples, zero among them, are rulings.
     """
     # With a ruling through every corner of the page, no corner lies between two of them.
     ends = position(corners(page_mm))
@@ -40,7 +41,11 @@ def ruled_mesh(
 
 
 def cross_border(page_mm: PageSize, points: Floats, along: Floats) -> Floats:
-    """(n, 2, 2) where the lines through points (n, 2) in unit directions (n, 2) enter and leave the page."""
+    """Return where lines enter and leave the page, (n, 2, 2).
+
+    points: (n, 2).
+    along: (n, 2), unit directions.
+    """
     slanted = np.abs(along) > PARALLEL
     safe = np.where(slanted, along, 1.0)
     reach = np.asarray(page_mm) / 2

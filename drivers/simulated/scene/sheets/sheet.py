@@ -1,8 +1,7 @@
-"""What a sheet of paper is here: a map from the flat page into space that keeps every length, and a mesh whose edges
-lie on its creases.
+"""Sheet of paper: a map from the flat page into space, and a mesh.
 
-Paper coordinates are millimetres from the middle of the page, x right, y up; space has z towards the reader. Sheets
-know nothing of the scanner: the scene places them.
+The map keeps every length; the mesh has its edges on the creases. Paper coordinates are millimetres from the centre of
+the page, x right, y up; space has z towards the reader. Sheets know nothing of the scanner: the scene places them.
 """
 
 from __future__ import annotations
@@ -28,19 +27,25 @@ class Sheet(Protocol):
     name: ClassVar[str]
 
     def warp(self, paper: Floats, page_mm: PageSize) -> Floats:
-        """(…, 3) mm: where the points (…, 2) mm of the flat page lie in space."""
+        """Map points (…, 2) mm of the flat page to space, (…, 3) mm."""
         ...
 
     def mesh(self, page_mm: PageSize) -> tuple[Floats, Ints]:
-        """Points (n, 2) mm of the flat page and counter-clockwise triangles (m, 3) that carry the warped page."""
+        """Return points (n, 2) mm of the flat page and triangles (m, 3).
+
+        Counter-clockwise; they carry the warped page.
+        """
         ...
 
 
 def corners(page_mm: PageSize) -> Floats:
-    """(4, 2) mm: the corners of the page, counter-clockwise from the lower left."""
+    """Return the corners (4, 2) mm of the page.
+
+    Counter-clockwise from the lower left.
+    """
     return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.asarray(page_mm) / 2
 
 
 def direction(angle_deg: float) -> Floats:
-    """(2,) unit vector at an angle to the x axis."""
+    """Return the unit vector (2,) at an angle to the x axis."""
     return np.array([np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))])
