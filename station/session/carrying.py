@@ -13,7 +13,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from restore import RangeScan, RestoredPage, RestoreError, Settings, SurfaceMesh, load_scan, restore_leaves
+from restore import RangeScan, RestoredPage, RestoreError, Settings, SurfaceMesh, find_leaves, load_scan, restore
 from restore.scan import Bytes, Floats
 from station.session.correcting import correct
 from station.session.events import Event, slot_of
@@ -93,13 +93,17 @@ def motion_between(earlier: Scan, later: Scan) -> Move | None:
     None where the scans do not show the same page, or their flat pages do not register.
     """
     try:
-        one, two = (restore_leaves(scan, SETTINGS, layout="whole").parts["page"] for scan in (earlier, later))
+        one, two = (_whole(scan) for scan in (earlier, later))
     except RestoreError:
         return None
     if similarity(fingerprint(one.image), fingerprint(two.image)) < SAME_PAGE:
         return None
     matrix = register_pages(one.image, two.image)
     return None if matrix is None else lambda points: _through_pages(points, one, two, matrix)
+
+
+def _whole(scan: Scan) -> RestoredPage:
+    return restore(find_leaves(scan, "whole", SETTINGS).parts["page"], SETTINGS)
 
 
 def register_pages(one: Bytes, two: Bytes) -> Floats | None:
