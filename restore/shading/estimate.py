@@ -16,7 +16,7 @@ import numpy as np
 from restore.scan import Floats, Ints, Mask
 from restore.shading.certainty import Certainty, certainty_of
 from restore.shading.channels import as_list
-from restore.shading.lamps import SAMPLES, fit_light
+from restore.shading.lamps import SAMPLES, at_bounds, fit_light
 from restore.shading.light import Light
 from restore.shading.regions import EDGE, Regions, regions_of, unexplained
 from restore.shading.relief import Field
@@ -31,6 +31,24 @@ CERTAIN, COLOURED = 2.0, 3.0  # standard errors of the sum over blocks; of lamps
 DIMMEST = 32.0  # of the level light: less is not found in any hollow, and would be divided by
 JUDGES = 4000  # places: six to a square centimetre of A4
 JUDGED, PAGE = 2, 2000  # every second judge, and cells of the page, suffice for the certainty
+
+
+def blocks_of(cells: Ints, shape: tuple[int, ...]) -> Ints:
+    """Return the numbers of the blocks of a page that cells lie in.
+
+    cells: (n,). shape: (r, c) of the page.
+    """
+    row, col = np.divmod(cells, shape[1])
+    return row * BLOCKS // shape[0] * BLOCKS + col * BLOCKS // shape[1]
+
+
+def block_sums(values: Floats, blocks: Ints) -> tuple[float, float]:
+    """Add up values (n,), and estimate the standard error of the sum.
+
+    Deviations within a block go together, so that the blocks are what is counted.
+    """
+    sums = np.bincount(blocks, values, BLOCKS**2)[np.bincount(blocks, minlength=BLOCKS**2) > 0]
+    return float(sums.sum()), float(sums.std() * np.sqrt(len(sums))) if len(sums) else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +73,7 @@ class Judges:
         if len(known) < max(MIN_REGIONS * inside.sum(), MIN_PAPER):
             known = known[:0]
         cells = known[1 :: max(2, len(known) // JUDGES)]
-        row, col = np.divmod(cells, inside.shape[1])
-        blocks = row * BLOCKS // inside.shape[0] * BLOCKS + col * BLOCKS // inside.shape[1]
-        return cls(cells, as_list(colour)[cells], regions.labels.ravel()[cells], blocks)
+        return cls(cells, as_list(colour)[cells], regions.labels.ravel()[cells], blocks_of(cells, inside.shape))
 
     def __getitem__(self, chosen: Mask | slice) -> Judges:
         return Judges(self.cells[chosen], self.colour[chosen], self.labels[chosen], self.blocks[chosen])
@@ -75,13 +91,10 @@ class Judges:
     def gain(self, light: Field, other: Field) -> tuple[float, float]:
         """Return by how much less a light leaves than another.
 
-        Deviations within a block are combined, so that the blocks are what is counted.
         light, other: (cells, 3).
         Returns also the standard error of that sum.
         """
-        gain = np.bincount(self.blocks, self.unexplained(other) - self.unexplained(light), BLOCKS**2)
-        gain = gain[np.bincount(self.blocks, minlength=BLOCKS**2) > 0]
-        return float(gain.sum()), float(gain.std() * np.sqrt(len(gain))) if len(gain) else 0.0
+        return block_sums(self.unexplained(other) - self.unexplained(light), self.blocks)
 
     def prefer(self, light: Field, other: Field, errors: float = CERTAIN) -> bool:
         """Return whether a light leaves less than another.
@@ -130,7 +143,7 @@ def estimate_light(
     values = np.ones_like(colour)
     for fitted_to, fitted in _candidates(colour, paper, places, surroundings, regions.labels, inside):
         certainty = judges.certainty(fitted, places, inside)
-        if not certainty.certain:
+        if at_bounds(fitted) or not certainty.certain:
             continue
         for light in (fitted.of_one_colour, fitted):
             found = light.irradiance(places)

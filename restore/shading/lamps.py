@@ -38,6 +38,7 @@ DOUBTED = 0.1  # weight of a place that may be ink, in the judgement of lamps
 FLOOR, LAST_FLOOR = 0.04, 0.01
 ROUNDS = 5
 TRIALS = 120  # of the search that refines one lamp: it ends within half a degree
+AT_BOUND = 1e-3  # radians and relative: ten times the tolerance of the search
 FIRST_TRIALS = 30  # from each height at first: enough to distinguish them
 # Of the search for lamps whose place is nearly known: two degrees twice, and a seventh of the first guess.
 NEAR_SIMPLEX, NEAR_TRIALS = (0.03, 0.03, 1e-4), 100
@@ -78,6 +79,15 @@ def fit_light(colour: Field, places: Places, surroundings: Surroundings, labels:
         guess = found
         fit = fit.reweighted(guess, FLOOR)
     return _light_of(guess, fit, colour)
+
+
+def at_bounds(light: Light) -> bool:
+    """Return whether a lamp ended at the horizon or at the least distance.
+
+    Then it was not found.
+    """
+    _, polar, near = light.lamps.T
+    return bool((polar > np.pi / 2 - AT_BOUND).any() or (near > (1 - AT_BOUND) / CLOSEST_MM).any())
 
 
 def refit_light(light: Light, colour: Field, places: Places) -> Light:

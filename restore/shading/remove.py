@@ -23,6 +23,7 @@ from restore.shading.divide import divided
 from restore.shading.estimate import DIMMEST, MIN_PAPER, Estimate, Judges, estimate_again, estimate_light
 from restore.shading.horizon_map import fill_nearest
 from restore.shading.paper import paper_candidates
+from restore.shading.print_contrast import loses_print
 from restore.shading.regions import regions_of
 from restore.shading.relief import Field, Relief
 from restore.shading.residual import CONTRAST, Residual, residual_light
@@ -115,6 +116,8 @@ def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:
     if not corrected:
         surface = expected
     gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
+    if loses_print(colour, gain, inside):
+        return _kept("print would lose contrast against its surroundings")
     report = {"removed": True, "corrected": corrected, "regions_fraction": regions.share(inside)} | _told_by(found)
     return PageLight(report | _evenness(colour, gain, residual.ground, inside), gain, steps)
 

@@ -37,6 +37,7 @@ STATUS = {
     "no_scanner": 409,
     "busy": 409,
     "exists": 409,
+    "changed": 412,
     "too_large": 413,
     "media_type": 415,
     "invalid": 422,

@@ -6,6 +6,7 @@ import os
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import count
 from pathlib import Path
 from time import perf_counter
@@ -14,10 +15,12 @@ from typing import Any
 import drivers
 from restore import (
     BadInput,
+    Finding,
     Photograph,
     RangeScan,
     RestoredPage,
     RestoreError,
+    Settings,
     SurfaceMesh,
     finish_page,
     load_capture,
@@ -48,6 +51,7 @@ from station.storage.atomic import lock_output_folder, new_folder, refuse_captur
 from station.storage.folder_lock import FolderLock, recover
 from station.words.orientation import turned
 from station.words.words import check_language, find_tesseract, findings_of_words, recognise
+from station.words.words_lost import words_lost
 
 SCAN_SUFFIX = ".scan"
 
@@ -344,20 +348,18 @@ def _restore_sheet(
     recorder = Recorder() if options.outputs & {"frames", "model"} else None
     start, stem = clock(), stem + sheet.suffix
     settings = options.settings if sheet.edits is None else sheet.edits.settings_of(options.settings)
-    page = restore(sheet.sheet or sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
-    page = finish_page(page, sheet.edits) if sheet.edits else page
-    if not options.allow_distorted:
-        check_plausible_page(page.report, len(page.fine.faces))
-    if options.to_srgb and options.colours is not None and page.flat.texture is not None:
-        page = convert_to_srgb(page, options.colours)
-    page = mirror_page(page) if options.mirror else page
-    page, word_findings = turned(page, options.rotate, language=options.language)
+    again = partial(_turned_page, sheet, options, photos=photos, progress=progress, recorder=recorder)
+    page, word_findings = again(settings)
     seconds = {**source_record.seconds, **page.report["seconds"]}
     words = None
     if "ocr" in options.outputs:
         before = clock()
         words = recognise(page.image, page.dpi, name=f"{stem}.png", language=options.language)
-        word_findings += findings_of_words(words)
+        lost = words_lost(page, words, language=options.language)
+        if lost:
+            page, word_findings = again(settings.model_copy(update={"shading": "keep"}))
+            words = recognise(page.image, page.dpi, name=f"{stem}.png", language=options.language)
+        word_findings += (*lost, *findings_of_words(words))
         seconds["ocr"] = clock() - before
     seconds["total"] = sum(source_record.seconds.values()) + clock() - start
     names = [path.name for path in destination.files(stem, options, colour=page.flat.texture is not None)]
@@ -369,3 +371,23 @@ def _restore_sheet(
     frames = recorder.frames() if recorder else ()
     colours = None if options.to_srgb else options.colours
     return outputs.Restoration(stem, page, sheet.scan, frames, report, words, colours, options.colours)
+
+
+def _turned_page(
+    sheet: Selected,
+    options: RunOptions,
+    settings: Settings,
+    *,
+    photos: Sequence[Photograph],
+    progress: Progress,
+    recorder: Recorder | None,
+) -> tuple[RestoredPage, tuple[Finding, ...]]:
+    """Restore one sheet, mirrored and turned as the options ask for."""
+    page = restore(sheet.sheet or sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
+    page = finish_page(page, sheet.edits) if sheet.edits else page
+    if not options.allow_distorted:
+        check_plausible_page(page.report, len(page.fine.faces))
+    if options.to_srgb and options.colours is not None and page.flat.texture is not None:
+        page = convert_to_srgb(page, options.colours)
+    page = mirror_page(page) if options.mirror else page
+    return turned(page, options.rotate, language=options.language)

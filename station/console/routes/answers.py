@@ -22,7 +22,7 @@ IMMUTABLE = "private, max-age=31536000, immutable"
 LOG = logging.getLogger("planish.console")
 FAULTS: dict[int | str, dict[str, Any]] = {
     status: {"description": "a fault: `error` with key, text, hint and data"}
-    for status in (400, 401, 403, 404, 405, 408, 409, 413, 415, 422, 500, 503, 507)
+    for status in (400, 401, 403, 404, 405, 408, 409, 412, 413, 415, 422, 500, 503, 507)
 }
 
 

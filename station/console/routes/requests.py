@@ -63,6 +63,27 @@ class ChangedSettings(_Request):
     values: Annotated[dict[Annotated[str, Field(max_length=60)], JsonValue], Field(max_length=60)]
 
 
+class Corrections(_Request):
+    """Corrections of a page, as a file of corrections has them; null takes all away."""
+
+    edits: Annotated[dict[str, JsonValue], Field(max_length=60)] | None
+
+
+class RuleScope(_Request):
+    """The pages of a rule: by the numbers of their scans, and those captured later."""
+
+    captures: Annotated[list[EventNumber], Field(min_length=1, max_length=MAX_PAGE)] | Literal["all"]
+    side: Literal["any", "left", "right", "single"] = "any"
+    future: bool = False
+
+
+class NewRule(_Request):
+    """Corrections of many pages."""
+
+    scope: RuleScope
+    edits: Annotated[dict[str, JsonValue], Field(min_length=1, max_length=60)]
+
+
 class Batch(_Request):
     """Sessions to be restored where they are not."""
 

@@ -24,6 +24,7 @@ from station.capture_loop.turning import Place, place_of, stay
 from station.config import StationConfig
 from station.console.faults import REPORTED, ConsoleFault, problem_of
 from station.console.shown_pages.layers import event_of
+from station.console.shown_pages.layouts import Layouts
 from station.console.shown_pages.models import Ruler, ruler_of
 from station.console.shown_pages.tiles import Pyramids
 from station.console.shown_pages.words import Words
@@ -84,7 +85,7 @@ class AppState:
         self.control = Control(clock, now)
         self.scanner = ScannerOwner(config, self.broadcast.changed, now, open_scanner)
         self.jobs = Jobs(self.broadcast.job, now, command=job_command)
-        self.pyramids, self.words = Pyramids(), Words()
+        self.pyramids, self.words, self.layouts = Pyramids(), Words(), Layouts()
         self.open_session: OpenSession | None = None
         self.failed: dict[str, Any] | None = None
         self.preview: Preview | None = None

@@ -12,7 +12,7 @@ from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from restore import RangeScan
 from station.capture_loop.loop import CaptureLoop, Task
@@ -31,7 +31,7 @@ DECISION_S = 150.0  # for a decision to be recorded: after the shot that is unde
 MEASURED = 10  # pages whose size predicts how many more the disk takes
 OUTPUTS = ("model",)  # files of a restoration that the web interface shows, in addition to the preset's
 
-
+T = TypeVar("T")
 Restorations = Callable[[], AbstractContextManager[Submit]]
 IN_BACKGROUND: Restorations = partial(background, run_restore)
 
@@ -193,24 +193,35 @@ class WritableSession(OpenSession):
                 raise ConsoleFault("no_session_open", f"{self.name} is being closed", "open it again")
             self._running.inbox.put(task)
 
+    def ask(self, work: Callable[[CaptureLoop], T]) -> T:
+        """Have something done by the loop, and return its result when it is stored.
+
+        A fault of the request does not end the loop. Raises OSError when the disk refuses.
+        """
+        done: Future[T] = Future()
+
+        def task() -> None:
+            try:
+                done.set_result(work(self._running))
+            except BaseException as error:
+                done.set_exception(error)
+                if not isinstance(error, ConsoleFault):
+                    raise
+
+        self.do(task)
+        return done.result(DECISION_S)
+
     def decide(self, name: str, value: object) -> None:
         """Record a decision on the volume, and wait until it is stored.
 
         Raises OSError when the disk refuses.
         """
-        done: Future[None] = Future()
 
-        def task() -> None:
-            try:
-                decide(self._running.writer, name, value)
-                done.set_result(None)
-            except BaseException as error:
-                done.set_exception(error)
-                raise
+        def record(loop: CaptureLoop) -> None:
+            decide(loop.writer, name, value)
             self._listener.changed()
 
-        self.do(task)
-        done.result(DECISION_S)
+        self.ask(record)
 
     def close(self) -> None:
         """Let the loop end after its current work, and wait.

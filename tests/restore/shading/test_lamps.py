@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from restore.shading.horizon_map import AZIMUTHS, horizon_map, in_sight
-from restore.shading.lamps import fit_light
+from restore.shading.lamps import _normal_equations, _strengths, at_bounds, fit_light
 from restore.shading.light import Light
 from restore.shading.relief import Relief
 from restore.shading.surroundings import Places, surroundings_of
@@ -185,3 +185,24 @@ def test_the_light_of_the_whole_page_is_the_sum_of_its_terms():
     np.testing.assert_allclose(
         light.irradiance(places), room.irradiance(places) + lamp.irradiance(places), rtol=1e-5, atol=1e-6
     )
+
+
+@pytest.mark.parametrize(
+    ("polar", "distance", "expected"), [(60.0, 900.0, False), (90.0, 900.0, True), (60.0, 200.0, True)]
+)
+def test_a_lamp_at_the_horizon_or_as_near_as_one_may_be_was_not_found(polar, distance, expected):
+    lamps = np.array([[0.3, np.radians(polar), 1 / distance]])
+    light = Light(lamps, 0.5, np.ones((5, 3)), np.zeros(3, np.float32), None)
+    assert at_bounds(light) is expected
+
+
+def test_the_room_takes_no_light_away_from_any_side():
+    """All places face a lamp, so that a slope alone would explain their brightness."""
+    azimuth, polar = (part.ravel() for part in np.meshgrid(np.linspace(0, 6, 20), np.linspace(0, 1.2, 9)))
+    x, y, z = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)
+    terms = np.column_stack([np.ones_like(x), x, y, z])
+    mean, *slopes = _strengths(*_normal_equations(terms, z, np.ones_like(z)))
+    assert mean == pytest.approx(np.linalg.norm(slopes) / 2)
+    assert np.degrees(np.arccos(slopes[2] / np.linalg.norm(slopes))) < 1.0
+    even = _strengths(*_normal_equations(terms, 0.6 + 0.4 * z, np.ones_like(z)))
+    assert even == pytest.approx([0.6, 0.0, 0.0, 0.4], abs=EXPLAINED)

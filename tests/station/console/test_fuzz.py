@@ -55,8 +55,9 @@ JUNK: tuple[Any, ...] = (
 )
 EXPECTED = {"station_error", "restore_error", "os_error"}  # of the session or the disk, none of the program
 READ = (
-    "/api/state", "/api/pages", "/api/pages/1", "/api/pages/1/words", "/api/search?q=a", "/api/settings",
-    "/api/sessions",    "/api/pictures/3/page.dzi", "/api/pictures/3/page/full", "/api/pictures/3/page/thumbnail.jpg",
+    "/api/state", "/api/pages", "/api/pages/1", "/api/pages/1/words", "/api/pages/1/edits", "/api/search?q=a",
+    "/api/settings", "/api/sessions", "/api/pictures/3/page.dzi", "/api/pictures/3/page/full",
+    "/api/pictures/3/page/thumbnail.jpg",
     "/api/pictures/3/coverage.dzi", "/api/pictures/3/coverage/legend", "/api/pictures/3/strain.dzi",
     "/api/pictures/3/strain_files/6/0_0.png", "/api/pictures/3/strain/scale", "/api/pictures/3/strain/full",
     "/api/pictures/2/original.dzi", "/api/models/2/scan", "/api/models/3/mesh", "/api/models/3/steps",

@@ -1,0 +1,49 @@
+"""Routes of corrections by hand: of a page, of many pages, and the layout that was found."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Header, Response
+
+from station.console.routes.answers import FAULTS, Acting, Looking, PageNumber
+from station.console.routes.requests import Corrections, NewRule
+from station.console.shown_pages.corrections import corrections_of, shown_page
+from station.console.state.correcting import apply_rule, correct_page
+from station.session.rules import Scope
+
+router = APIRouter(prefix="/api", responses=FAULTS)
+Tag = Annotated[str, Header(alias="If-Match", pattern=r'^"[1-9][0-9]{0,8}"$')]
+
+
+@router.get("/pages/{number}/edits")
+def edits(app_state: Looking, number: PageNumber, response: Response) -> dict[str, Any]:
+    """Return the corrections of a page, with their sources."""
+    found = corrections_of(app_state.opened().session, number)
+    response.headers["ETag"] = f'"{found["tag"]}"'
+    return found
+
+
+@router.put("/pages/{number}/edits")
+def correct(
+    app_state: Acting, number: PageNumber, wanted: Corrections, if_match: Tag, response: Response
+) -> dict[str, Any]:
+    """Correct a page; 412 with the present corrections where they are not those of `If-Match`."""
+    found = correct_page(app_state.writable(), number, wanted.edits, int(if_match.strip('"')))
+    response.headers["ETag"] = f'"{found["tag"]}"'
+    return found
+
+
+@router.get("/pages/{number}/layout")
+def layout(app_state: Looking, number: PageNumber) -> dict[str, Any]:
+    """Return where the spine of a page is, and whether it is one; the first answer takes seconds."""
+    session = app_state.opened().session
+    page = shown_page(session, number)
+    assert page.capture is not None
+    return {"page": number, "capture": page.capture.number, **app_state.layouts.of(session, page.capture)}
+
+
+@router.post("/rules", status_code=201)
+def add_rule(app_state: Acting, wanted: NewRule) -> dict[str, Any]:
+    """Correct many pages in one step."""
+    return apply_rule(app_state.writable(), Scope(**wanted.scope.model_dump()), wanted.edits)

@@ -1,0 +1,55 @@
+"""The corrections of a page, each with its source, and their tag."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from station.console.faults import ConsoleFault
+from station.session import Page, Session
+from station.session.corrections import effective_edits, layers_of, needs_restoration, own_edits
+from station.session.current_preset import preset_of
+from station.session.parts import RESTORE, parts_of
+from station.session.rules import EDITS
+
+
+def shown_page(session: Session, number: int) -> Page:
+    """Return a page with a scan. Raises ConsoleFault."""
+    page = session.history.page(number)
+    if page.capture is None:
+        raise ConsoleFault("no_page", f"the session has no page {number}")
+    return page
+
+
+def tag_of(page: Page) -> int:
+    """Return the number of the event that a page's corrections are of.
+
+    The scan's own number where it has none: a page that is captured again has another tag.
+    """
+    assert page.capture is not None
+    event = page.decisions.get(EDITS)
+    return page.capture.number if event is None else event.number
+
+
+def corrections_of(session: Session, number: int) -> dict[str, Any]:
+    """Return the corrections of a page as JSON values. Raises ConsoleFault."""
+    page = shown_page(session, number)
+    assert page.capture is not None
+    restored = page.runs.get(RESTORE)
+    sources = [{"source": source, "edits": edits} for source, edits in layers_of(session, page)]
+    return {
+        "page": number,
+        "capture": page.capture.number,
+        "tag": tag_of(page),
+        "edits": own_edits(page) or None,
+        "effective": effective_edits(session, page),
+        "sources": sources,
+        "preset_layout": str(preset_of(session).layout),
+        "outdated": needs_restoration(session, page),
+        "restore": None if restored is None else restored.number,
+        "parts": {} if restored is None else _sizes(restored.facts["result"]),
+    }
+
+
+def _sizes(result: Any) -> dict[str, Any]:
+    """Part → width and height in mm, of a restoration; None for a part that could not be restored."""
+    return {name: report.get("page_mm") for name, report in parts_of(result).items()}

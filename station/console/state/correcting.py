@@ -1,0 +1,93 @@
+"""Record corrections of one page or of many, checked against what was recorded meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from restore import BadInput
+from station.capture_loop.loop import CaptureLoop
+from station.console.faults import ConsoleFault
+from station.console.shown_pages.corrections import corrections_of, shown_page, tag_of
+from station.console.state.open_session import WritableSession
+from station.session import Session
+from station.session.corrections import own_edits, rules_of
+from station.session.history import CAPTURE
+from station.session.rules import Scope, Table, edits_of
+
+OF_ONE_SCAN = ("spine", "scan")  # fields that fit no other scan
+HINT = "see docs/how-to/opened-books.md for the fields"
+
+
+def correct_page(opened: WritableSession, number: int, edits: Table | None, tag: int) -> dict[str, Any]:
+    """Record corrections of a page, and return them as they stand then.
+
+    tag: of the corrections that these were made from. Nothing is recorded for those that the page has.
+    Raises ConsoleFault for values that cannot be, and with the present corrections where the tag is another's.
+    """
+    given = None if edits is None else _given(edits)
+
+    def record(loop: CaptureLoop) -> dict[str, Any]:
+        session = loop.writer.session
+        page = shown_page(session, number)
+        if tag_of(page) != tag:
+            current = corrections_of(session, number)
+            raise ConsoleFault(
+                "changed",
+                f"page {number} was corrected or captured again meanwhile",
+                "choose one of the two versions",
+                headers={"ETag": f'"{current["tag"]}"'},
+                current=current,
+            )
+        if (given or {}) != own_edits(page):
+            loop.correct(number, given)
+        return corrections_of(loop.writer.session, number)
+
+    return opened.ask(record)
+
+
+def apply_rule(opened: WritableSession, scope: Scope, edits: Table) -> dict[str, Any]:
+    """Record corrections of many pages as one step, and return its number and its pages.
+
+    Raises ConsoleFault for values that cannot be.
+    """
+    given = _given(edits)
+    for name in _of_one_scan(given):
+        raise ConsoleFault("invalid", f"{name} fits no other scan", "set it on each page", field=name)
+
+    def record(loop: CaptureLoop) -> dict[str, Any]:
+        if isinstance(scope.captures, list):
+            _check_scans(loop.writer.session, scope.captures)
+        try:
+            loop.apply(scope, given)
+        except BadInput as error:  # as many rules as a volume can have
+            raise ConsoleFault("invalid", str(error), error.hint) from error
+        session = loop.writer.session
+        rule = rules_of(session)[-1]
+        pages = session.history.pages()
+        on = [page.number for page in pages if page.capture and rule.is_on(page.capture, session.history)]
+        return {"rule": rule.id, "pages": on}
+
+    return opened.ask(record)
+
+
+def _given(edits: Table) -> dict[str, Any]:
+    """Return the fields of corrections that were given. Raises ConsoleFault."""
+    try:
+        return edits_of(edits).given()
+    except BadInput as error:
+        raise ConsoleFault("invalid", str(error), HINT) from error
+
+
+def _of_one_scan(edits: Mapping[str, Any]) -> list[str]:
+    """Return the names of fields that fit one scan only."""
+    parts = [f"parts.{name}.outline" for name, part in edits.get("parts", {}).items() if part.get("outline")]
+    return [name for name in OF_ONE_SCAN if edits.get(name) is not None] + parts
+
+
+def _check_scans(session: Session, captures: Collection[int]) -> None:
+    """Raise ConsoleFault for a number that is not of a scan."""
+    events = session.history.events
+    for number in captures:
+        if not 0 < number <= len(events) or events[number - 1].slot != CAPTURE:
+            raise ConsoleFault("invalid", f"event {number} is not a scan", "name scans of this session")
