@@ -63,5 +63,5 @@ def _section(context: Context) -> str:
 
 
 def _cell(text: str) -> str:
-    """Return a text for a cell of a table, on one line and without a bar that would end it."""
-    return re.sub(r"\s+", " ", text).replace("|", "\\|")
+    """Return a text for a cell of a table, on one line; choices are separated by commas, since a bar ends a cell."""
+    return re.sub(r"\s+", " ", text).replace("|", ", ")

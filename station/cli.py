@@ -27,6 +27,7 @@ from station.commands.query import query
 from station.commands.reading import colour, ocr
 from station.commands.serve import serve
 from station.commands.sessions import app as sessions
+from station.commands.sheet import sheet
 from station.commands.terminal import (
     READER_GONE,
     CommandLineError,
@@ -81,7 +82,7 @@ def _planish(
 COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
     "Start here": {"demo": demo, "doctor": doctor},
     "One page": {"scan": scan, "restore": restore, "layout": layout, "photos": photos, "merge": merge, "ocr": ocr},
-    "Volumes": {"capture": capture, "batch": batch, "watch": watch, "serve": serve, "export": export},
+    "Volumes": {"capture": capture, "batch": batch, "watch": watch, "serve": serve, "export": export, "sheet": sheet},
     "Preservation": {"verify": verify, "repair": repair, "reproduce": reproduce, "reindex": reindex},
     "Calibration": {
         "board": board,

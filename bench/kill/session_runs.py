@@ -23,11 +23,24 @@ from station.archive.from_session import volume_of
 from station.batch.runner import REPORT, run_batch
 from station.batch.sessions import SessionDone, SessionTask
 from station.run.options import RunOptions
-from station.session import Volume, Writer, add_scan, create_session, decide, open_session, read_session, redo, undo
+from station.session import (
+    Volume,
+    Writer,
+    add_rule,
+    add_scan,
+    correct,
+    create_session,
+    decide,
+    open_session,
+    read_session,
+    redo,
+    undo,
+)
 from station.session import record_run as record
 from station.session.adding import add_original
 from station.session.index import IndexUnusable, entries_of, reindex, sessions, update
 from station.session.parts import RESTORE
+from station.session.rules import Scope
 from station.session.stages import PAGE, Run
 from station.session.verify import verify
 from station.verdict.same_page import fingerprint
@@ -131,6 +144,17 @@ def _undo(writer: Writer, acknowledge: Acknowledge) -> None:
     acknowledge()
 
 
+def _edit(writer: Writer, acknowledge: Acknowledge) -> None:
+    """Correct a page and take it back, then record a rule: its restoration is shown again each time."""
+    for step in (
+        lambda: correct(writer, 1, {"parts": {"page": {"turn": 1}}}),
+        lambda: correct(writer, 1, None),
+        lambda: add_rule(writer, Scope(), {"parts": {"page": {"rotate_deg": 0.5}}}),
+    ):
+        step()
+        acknowledge()
+
+
 def _shift(writer: Writer, acknowledge: Acknowledge) -> None:
     for step in (_capture, _stage, _decide, _undo):
         step(writer, acknowledge)
@@ -208,6 +232,7 @@ STEPS = (
     Step("stage", _in_session(_stage)),
     Step("decide", _in_session(_decide)),
     Step("undo", _in_session(_undo)),
+    Step("edit", _in_session(_edit)),
     Step("shift", _in_session(_shift)),
     Step("add", _add),
     Step("index", _index, _check_index, outside=True),

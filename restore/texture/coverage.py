@@ -93,10 +93,10 @@ class Coverage:
         """What is to be reported of a page that is white in large part, or has a broad hole."""
         missing = self.seen == CoverageClass.OCCLUDED
         page = max(int(np.count_nonzero(self.seen != CoverageClass.OUTSIDE)), 1)
-        gaps = np.zeros_like(missing) if self.gaps is None else self.gaps & missing
-        hidden = float(np.count_nonzero(missing & ~gaps) / page)
+        gaps = None if self.gaps is None else self.gaps & missing
+        hidden = float((np.count_nonzero(missing) - (0 if gaps is None else np.count_nonzero(gaps))) / page)
         erased = float(np.count_nonzero(self.seen == CoverageClass.ERASED) / page)
-        across = _across_mm(gaps, dpi)
+        across = 0.0 if gaps is None else _across_mm(gaps, dpi)
         found = [Finding.of("hidden", hidden)] if hidden > MAX_HIDDEN else []
         found += [Finding.of("gap", across_mm=across)] if across > MAX_FILLED_MM else []
         return [*found, Finding.of("removed_by_hand", erased)] if erased else found
@@ -120,11 +120,13 @@ def cover(
     """
     seen, on_page = kinds.copy(), painting.mask & (kinds != CoverageClass.OUTSIDE)
     gaps = _enclosed_holes(painting.mask)
-    seen[gaps] = CoverageClass.OCCLUDED
+    if gaps is not None:
+        seen[gaps] = CoverageClass.OCCLUDED
     if painting.covered is not None:
         seen[painting.covered & on_page] = CoverageClass.OBSTRUCTED
     if camera_centre is not None and fine.texcoords is not None and fine.texture is not None:
-        hidden = on_page & occluded(fine, camera_centre, on_page.shape, dpi)
+        hidden = occluded(fine, camera_centre, on_page.shape, dpi)
+        hidden &= on_page
         # Pixels painted from a photograph need not be visible to the scanner's camera.
         seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = CoverageClass.OCCLUDED
     cut = None
@@ -138,12 +140,15 @@ def seen_part(painting: Painting, coverage: Coverage) -> Painting:
 
     In holes it ends, and has no source.
     """
+    # Off the painted part, and in the holes that it encloses, the image is blank already.
+    blank = of_kinds(coverage.seen, (CoverageClass.OUTSIDE, CoverageClass.OCCLUDED, CoverageClass.ERASED))
+    blank &= painting.mask
+    if not blank.any():
+        return replace(painting, mask=coverage.mask)
     holes = painting.mask & (coverage.seen == CoverageClass.OUTSIDE)
     image, source, page_source = painting.image, painting.source, painting.page_source
-    blank = holes | of_kinds(coverage.seen, (CoverageClass.OCCLUDED, CoverageClass.ERASED))
-    if blank.any():
-        image = image.copy()
-        image[blank] = PAPER
+    image = image.copy()
+    image[blank] = PAPER
     if holes.any():
         source = source.without(holes)
         page_source = None if page_source is None else np.where(holes, np.uint8(NO_PICTURE), page_source)
@@ -176,14 +181,14 @@ def distance_to(measured: Floats, points: Floats) -> Floats:
     return np.asarray(cKDTree(measured).query(points)[0]) if len(measured) else np.full(len(points), np.inf)
 
 
-def _enclosed_holes(covered: Mask) -> Mask:
-    """Return the holes (h, w) of a mask (h, w).
+def _enclosed_holes(covered: Mask) -> Mask | None:
+    """Return the holes (h, w) of a mask (h, w), None without any.
 
     They are outside it and not connected to the border.
     """
-    outside = np.pad(covered, 1).astype(np.uint8)
+    outside = np.pad(covered.view(np.uint8), 1)
     cv2.floodFill(outside, None, (0, 0), 1)
-    return outside[1:-1, 1:-1] == 0
+    return None if outside.all() else outside[1:-1, 1:-1] == 0
 
 
 def cropped_fraction(page: Mask, page_map: Callable[[slice], NDArray[np.float32]], size: tuple[int, int]) -> float:

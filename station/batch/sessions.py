@@ -24,6 +24,7 @@ from station.run.options import AUTO, RunOptions
 from station.run.peak_memory import peak_memory_mib
 from station.session import Event as SessionEvent
 from station.session import Session, Writer, record_run, scan_path
+from station.session.correcting import show_fitting
 from station.session.corrections import inputs_of, needs_restoration, parameters_of, rules_of
 from station.session.current_preset import preset_of
 from station.session.judging import lacks_verdict, record_verdict
@@ -111,6 +112,7 @@ class SessionBatch:
         Raises as `run_tasks.run` does.
         """
         for writer in self._writers.values():
+            show_fitting(writer)  # of a step that was interrupted
             for page in filter(lacks_verdict, list(writer.history.pages())):  # of a batch that ended in between
                 record_verdict(writer, page.runs[RESTORE])
         tasks = [task for name in self._writers for task in plan_session(name, self._writers[name], self._options)]

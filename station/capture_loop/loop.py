@@ -30,6 +30,8 @@ from station.session import (
     scan_path,
     undo,
 )
+from station.session.carrying import carry
+from station.session.correcting import show_fitting
 from station.session.corrections import inputs_of, needs_restoration, parameters_of, rules_of
 from station.session.judging import lacks_verdict, record_verdict, verdict_lines
 from station.session.leaves import labels_of, missing_labels
@@ -167,6 +169,7 @@ class CaptureLoop:
 
     def catch_up(self) -> None:
         """Restore pages that are not as they are corrected, and check the others."""
+        show_fitting(self.writer)  # of a step that was interrupted
         rules = rules_of(self.writer.session)
         for page in list(self.writer.history.pages()):
             self._continue(page, rules)
@@ -189,11 +192,16 @@ class CaptureLoop:
         except ScannerError as error:
             self.show(Line(f"not captured: {error}" + (f" ({error.hint})" if error.hint else ""), "not_shot"))
             return
+        earlier = None if page is None else self.writer.history.page(page).capture
         event = add_scan(
             self.writer, scan, page=page, facts={"by": "planish capture", "provenance": dict(scan.provenance)}
         )
         self._page = event.page
         self._told(event.page, "stored", "stored")
+        edits = None if earlier is None else carry(self.writer, earlier, event)
+        if edits is not None:
+            tool = edits.facts["value"]["by"]["tool"]
+            self._told(event.page, f"corrections {tool}", f"edits_{tool}")
         self._begin(event)
 
     def _begin(self, capture: Event) -> None:

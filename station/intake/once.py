@@ -15,6 +15,7 @@ from restore.runtime import LibraryMissing
 from station.errors import StationError, explain
 from station.intake import records
 from station.intake.arrival import OF_A_NAME, Arrival, Unreadable
+from station.run.edits import edits_of
 from station.run.one_page import Destination, Outcome
 from station.run.options import AUTO, RunOptions
 from station.workers.process import MAX_ATTEMPTS
@@ -107,6 +108,7 @@ def _restored_once(
         options = replace(options, unit=AUTO)
     stem = None if arrival.stem == arrival.own_stem else arrival.stem
     try:
+        options = replace(options, edits=edits_of(staged / arrival.source.name, None))
         restore(staged / arrival.source.name, Destination(folder), options, facts=facts, stem=stem)
     except (OSError, StationError, LibraryMissing):  # a fault of the disk, the results or this computer
         records.end_attempt(out, arrival)

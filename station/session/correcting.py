@@ -5,14 +5,13 @@ A restoration that was made with the same corrections is shown again; nothing is
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from restore import BadInput
 from station.session import steps
-from station.session.corrections import effective_edits, is_of, needs_restoration, rules_of
+from station.session.corrections import effective_edits, is_of, rules_of
 from station.session.events import VOLUME, Event, slot_of
-from station.session.history import Page
 from station.session.parts import RESTORE
 from station.session.rules import EDITS, MAX_RULES, RULES, Rule, Scope, edits_of
 from station.session.steps import decide, move
@@ -30,7 +29,7 @@ def correct(writer: Writer, page: int, edits: Mapping[str, Any] | None) -> Event
         raise BadInput(f"page {page} has no scan", "capture it, then correct it")
     value = None if edits is None else edits_of(edits).given()
     event = decide(writer, EDITS, value, page=page, on=capture)
-    show_fitting(writer)
+    show_fitting(writer, event)
     return event
 
 
@@ -74,17 +73,23 @@ def show_fitting(writer: Writer, step: Event | None = None) -> None:
         return
     rules = rules_of(writer.session)
     pages = list(writer.history.pages()) if step is None or step.page == VOLUME else [writer.history.page(step.page)]
+    runs = _runs(writer)
     for page in pages:
-        if needs_restoration(writer.session, page, rules):
-            fitting = next(_fitting(writer, page, rules), None)
-            if fitting is not None:
-                move(writer, page.number, fitting.slot, fitting, reason="stage")
+        made = [] if page.capture is None else runs.get(slot_of(RESTORE, page.capture), [])
+        if len(made) < 2:  # there is no other one to show
+            continue
+        edits = effective_edits(writer.session, page, rules)
+        if RESTORE in page.runs and is_of(page.runs[RESTORE], edits):
+            continue
+        fitting = next((run for run in reversed(made) if is_of(run, edits)), None)
+        if fitting is not None:
+            move(writer, page.number, fitting.slot, fitting, reason="stage")
 
 
-def _fitting(writer: Writer, page: Page, rules: list[Rule]) -> Iterator[Event]:
-    """Find restorations of a page's scan with its corrections, latest first."""
-    assert page.capture is not None
-    edits, slot = effective_edits(writer.session, page, rules), slot_of(RESTORE, page.capture)
-    for event in reversed(writer.history.events):
-        if (event.page, event.slot, event.kind) == (page.number, slot, "stage") and is_of(event, edits):
-            yield event
+def _runs(writer: Writer) -> dict[str, list[Event]]:
+    """Return slot → its restorations, the latest last; a slot names its scan, which is of one page."""
+    found = dict[str, list[Event]]()
+    for event in writer.history.events:
+        if event.kind == "stage" and event.name == RESTORE:
+            found.setdefault(event.slot, []).append(event)
+    return found

@@ -6,7 +6,9 @@ preset, then the rules in their order, then its own corrections: later ones win,
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 from restore import PageEdits
@@ -18,6 +20,8 @@ from station.session.parts import RESTORE
 from station.session.presets import Preset
 from station.session.rules import EDITS, RULES, RULES_TABLE, Rule, Table, edits_of, merged
 from station.session.store import Session
+
+MAX_TABLES = 4096  # corrections that stay known: a rule gives many pages the same ones
 
 
 def rules_of(session: Session) -> list[Rule]:
@@ -44,27 +48,39 @@ def layers_of(session: Session, page: Page, rules: Sequence[Rule] | None = None)
     return [*layers, *([("page", own)] if own else [])]
 
 
-def resolved_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> PageEdits:
-    """Add up the corrections of a page, with the layout of its preset.
-
-    rules: of the session, where they are known.
-    """
-    edits = edits_of(_added_up(session, page, rules))
-    if edits.layout != "auto" or edits.spine is not None:
-        return edits
-    layout = preset_of(session).layout
-    return edits.model_copy(update={"layout": "whole" if layout == Layout.SINGLE else str(layout)})
+def resolved_edits(session: Session, page: Page) -> PageEdits:
+    """Add up the corrections of a page, with the layout of its preset."""
+    return _with_layout(edits_of(_added_up(session, page, None)), _layout_of(session))
 
 
 def effective_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> dict[str, Any] | None:
     """Return what a page is corrected by, as JSON values.
 
     None where nothing changes its image.
-
     rules: of the session, where they are known. Two results that are equal give the same page.
     """
     table = _added_up(session, page, rules)
-    return resolved_edits(session, page, rules).of_image() if table and edits_of(table).of_image() else None
+    text = _of_image(json.dumps(table), _layout_of(session)) if table else ""
+    return json.loads(text) if text else None
+
+
+@lru_cache(MAX_TABLES)
+def _of_image(table: str, layout: str) -> str:
+    """Return what of corrections changes the image, both as JSON; empty for nothing."""
+    edits = edits_of(json.loads(table))
+    return json.dumps(_with_layout(edits, layout).of_image()) if edits.of_image() else ""
+
+
+def _with_layout(edits: PageEdits, layout: str) -> PageEdits:
+    """Give corrections the layout of a preset, where they leave it open."""
+    if edits.layout != "auto" or edits.spine is not None:
+        return edits
+    return edits.model_copy(update={"layout": "whole" if layout == Layout.SINGLE else layout})
+
+
+def _layout_of(session: Session) -> str:
+    """Return the layout of a session's preset, which does not change."""
+    return str(session.history.event(1).facts.get("layout", Layout.SINGLE))
 
 
 def _added_up(session: Session, page: Page, rules: Sequence[Rule] | None) -> Table:

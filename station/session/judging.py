@@ -8,10 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from station.session.corrections import own_edits
 from station.session.current_preset import preset_of
 from station.session.events import Event
 from station.session.history import Page
 from station.session.parts import RESTORE, VERDICT, leaf_name, measured_parts
+from station.session.rules import DROPPED
 from station.session.stages import run_verdict
 from station.session.steps import record_run
 from station.session.store import Writer
@@ -31,7 +33,11 @@ def record_verdict(writer: Writer, restored: Event) -> Event:
 
     They are those of its preset. Raises OSError when the disk refuses.
     """
-    parameters = {"thresholds": preset_of(writer.session).thresholds.model_dump(mode="json", exclude_none=True)}
+    parameters: dict[str, Any] = {
+        "thresholds": preset_of(writer.session).thresholds.model_dump(mode="json", exclude_none=True)
+    }
+    if dict(own_edits(writer.history.page(restored.page)).get("by", {})).get("tool") == DROPPED:
+        parameters["corrections_dropped"] = True
     others = list(_restored_pages(writer, without=restored.page))[-MAX_COMPARED:]
     run = run_verdict(restored.facts["result"], parameters, fingerprints_of(others))
     return record_run(writer, VERDICT, restored, parameters=parameters, result=run.result, others=others)

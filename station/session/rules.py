@@ -13,6 +13,7 @@ from station.session.events import Event
 from station.session.history import CAPTURE, History
 
 EDITS, RULES = "edits", "rules"  # names of the decisions
+CARRIED, DROPPED = "carried", "dropped"  # tools that correct a page which was captured again
 MAX_RULES = 1000
 Table = Mapping[str, Any]
 

@@ -24,7 +24,7 @@ from station.run.photos import photographed_page
 from station.session.parts import STEM, measured_parts, parts_of
 from station.session.photographs import pictures_in
 from station.session.rules import edits_of
-from station.verdict.judge import Check, as_result, judge, questions, worst_first
+from station.verdict.judge import CORRECTIONS_DROPPED, Check, as_result, judge, questions, worst_first
 from station.verdict.measures import left_out_fraction, measured
 from station.verdict.thresholds import Thresholds
 
@@ -124,7 +124,8 @@ def _resources(outcome: Outcome) -> dict[str, Any]:
 def run_verdict(result: Mapping[str, Any], parameters: Mapping[str, Any], others: Mapping[str, str]) -> Run:
     """The verdict on a restoration: of its parts, each check with the part that it is of.
 
-    parameters: `thresholds`. others: page or part of a page → fingerprint of those compared with.
+    parameters: `thresholds`, and `corrections_dropped` of a page that was captured again.
+    others: page or part of a page → fingerprint of those compared with.
     """
     thresholds = Thresholds.model_validate(parameters["thresholds"])
     parts, measured_ones = parts_of(result), measured_parts(result)
@@ -133,4 +134,5 @@ def run_verdict(result: Mapping[str, Any], parameters: Mapping[str, Any], others
     for part, measures in measured_ones.items():
         found = (*judge({**measures, **lost}, thresholds, others)[1], *questions(parts[part]))
         checks += [replace(check, part=part) for check in found] if len(parts) > 1 else found
+    checks += [CORRECTIONS_DROPPED] if parameters.get("corrections_dropped") else []
     return Run(as_result(worst_first(checks)))

@@ -62,6 +62,16 @@ class Check:
     part: str = ""
 
 
+CORRECTIONS_DROPPED = Check(
+    "corrections",
+    "amber",
+    1.0,
+    ASKED,
+    "corrections of the earlier capture do not fit this one and were dropped",
+    "make them again: planish session edits",
+)
+
+
 def questions(report: Mapping[str, Any]) -> list[Check]:
     """Return the findings of a report that an operator has to answer."""
     found: list[Finding] = []

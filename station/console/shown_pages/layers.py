@@ -58,7 +58,7 @@ def file_of_layer(layer: str) -> str:
 
 
 def prefix_of(part: str, count: int) -> str:
-    """What comes before the names of the layers of a part of a scan that has so many."""
+    """What comes before the names of the layers of one of `count` parts of a scan."""
     return "" if count == 1 or part == PAGE else f"{part}."
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import io
+import subprocess
 import sys
 
 import pytest
 
 import drivers
+from restore import load_scan
 from station.cli import main
-from station.session import read_session
+from station.session import read_session, scan_path
 from station.session.verify import verify
 from tests.station.conftest import StandInScanner
 
@@ -61,3 +63,41 @@ def test_without_a_scanner_what_is_left_is_done(place, monkeypatch, capsys):
 def test_a_session_that_is_not_there(place, capsys):
     assert main(["capture", "gone", "--config", "simulated"]) == 3
     assert "session 'gone' does not exist" in capsys.readouterr().err
+
+
+BOOK = """
+[scanner]
+driver = "simulated"
+[[scanner.book]]
+sheet = "flat"
+artwork = "white"
+page_mm = [200, 90]
+table = "none"
+[[scanner.book]]
+sheet = "flat"
+artwork = "text"
+page_mm = [200, 150]
+table = "none"
+[capture]
+mode = "fast"
+distance_mm = 900
+"""
+
+
+@pytest.mark.slow
+def test_a_capture_that_was_killed_goes_on_at_the_right_leaf(place):
+    (place / "book.toml").write_text(BOOK)
+    command = [sys.executable, "-m", "station", "capture", str(place / "book"), "--config", str(place / "book.toml")]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as killed:
+        assert killed.stdin is not None
+        assert killed.stdout is not None
+        killed.stdin.write(" ")
+        killed.stdin.flush()
+        assert any("stored" in line for line in killed.stdout)
+        killed.kill()
+    subprocess.run(command, input=" q", text=True, check=True, stdout=subprocess.DEVNULL)
+    session = read_session(place / "book")
+    pictures = [load_scan(scan_path(session, page.capture)).texture for page in session.history.pages()]
+    heights = [int((picture.min(axis=2) > 150).any(axis=1).sum()) for picture in pictures]
+    assert len(heights) == 2
+    assert heights[1] == pytest.approx(heights[0] * 150 / 90, rel=0.05)

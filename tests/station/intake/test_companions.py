@@ -84,3 +84,10 @@ def test_a_file_is_read_again_only_when_it_changes(tmp_path: Path) -> None:
     (tmp_path / "longer.png").touch()
     pairing.update(list_files(tmp_path, without=tmp_path / "out"))
     assert not pairing.companions(Path("p.wrl")).missing
+
+
+def test_corrections_belong_to_a_scan_and_stand_for_no_picture(tmp_path: Path) -> None:
+    files = {"p.ply": b"ply\nend_header\n", "p.edits.json": b"{}", "q.edits.json": b"{}"}
+    companions = found(tmp_path, "p.ply", files)
+    assert companions.found == {"p.edits.json": Path("p.edits.json")}
+    assert companions.missing  # its picture may still come

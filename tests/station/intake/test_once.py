@@ -6,6 +6,7 @@ import threading
 from datetime import UTC, datetime
 from pathlib import Path
 
+from restore import PageEdits
 from station.intake import records
 from station.intake.arrival import Arrival
 from station.intake.listing import list_files
@@ -66,3 +67,28 @@ def test_the_reason_names_how_earlier_processes_ended(tmp_path) -> None:
     assert settled.state == "set aside"
     assert settled.reason == "the program has ended 2 times while it restored this scan: SIGSEGV"
     assert records.failed_digest(tmp_path / "out", arrival) == digest
+
+
+def test_corrections_are_used_and_a_change_of_them_restores_again(tmp_path) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in/a.glb").write_bytes(b"a")
+    seen = []
+
+    def restore(source, destination, options, **_):
+        seen.append(options.edits)
+        raise ValueError("there is no page in it")
+
+    for number, layout in enumerate(("split", "split", "whole")):
+        (tmp_path / "in/a.edits.json").write_text(f'{{"layout": "{layout}"}}')
+        listing = list_files(tmp_path / "in", without=tmp_path / "in")
+        edits = {"a.edits.json": Path("a.edits.json")}
+        arrival = Arrival.of(tmp_path / "in", Path("a.glb"), edits, listing)
+        (tmp_path / str(number)).mkdir()
+        restore_once(arrival, tmp_path / "out", RunOptions(), tmp_path / str(number), restore)
+    assert seen == [PageEdits(layout="split"), PageEdits(layout="whole")]
+    (tmp_path / "in/a.edits.json").write_text("[]")
+    arrival = Arrival.of(tmp_path / "in", Path("a.glb"), edits, list_files(tmp_path / "in", without=tmp_path / "in"))
+    (tmp_path / "last").mkdir()
+    settled = restore_once(arrival, tmp_path / "out", RunOptions(), tmp_path / "last", restore)
+    assert (settled.state, len(seen)) == ("set aside", 2)
+    assert "a.edits.json" in settled.reason
