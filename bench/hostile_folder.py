@@ -86,10 +86,9 @@ def _good(place: Path, name: str, made: Path, number: int, rng: Random) -> Path:
     """Copy a small page under a name that may be odd, with its material and its picture."""
     page = make_page(made, number)
     ending = page.suffix if rng.random() < 0.8 else page.suffix.upper()
-    if page.suffix == ".obj":
-        for other in made.glob(f"{page.stem}.*"):
-            if other != page:
-                shutil.copy(other, place)
+    for other in made.glob(f"{page.stem}.*"):
+        if other != page:
+            shutil.copy(other, place)
     target = place / (name.replace("/", "-").encode()[:200].decode("utf-8", "ignore") + ending)
     shutil.copy(page, target)
     return target

@@ -128,11 +128,11 @@ class CannedStation:
 
     def file(self, path: str) -> Answer | None:
         """A picture, a model or a file of the page; None for none."""
-        if found := re.fullmatch(r"/api/pictures/\d+/(\w+)\.dzi", path):
+        if found := re.fullmatch(r"/api/pictures/\d+/(?:left\.|right\.)?(\w+)\.dzi", path):
             return deep_zoom(self._layer(found[1])), "application/xml"
-        if found := re.fullmatch(r"/api/pictures/\d+/(\w+)_files/(\d+)/(\d+)_(\d+)\.\w+", path):
+        if found := re.fullmatch(r"/api/pictures/\d+/(?:left\.|right\.)?(\w+)_files/(\d+)/(\d+)_(\d+)\.\w+", path):
             return tile(self._layer(found[1]), int(found[2]), int(found[3]), int(found[4]))
-        if found := re.fullmatch(r"/api/pictures/\d+/(\w+)/(full|thumbnail\.jpg)", path):
+        if found := re.fullmatch(r"/api/pictures/\d+/(?:left\.|right\.)?(\w+)/(full|thumbnail\.jpg)", path):
             picture = self._layer(found[1]).copy()
             if found[2] != "full":
                 picture.thumbnail((240, 240))

@@ -25,6 +25,7 @@ STEP = 0.02  # change from row to row, of the local level, that print makes and 
 LEVEL_MM = 4.0  # of the height over which the level is averaged
 DARKEST = 12.0  # grey levels: below, the noise is as large as what print leaves
 COLOUR = 0.06  # of the fraction of one channel: more than the tint that the walls of a gutter throw on each other
+QUANTILE = 0.9  # of a row: print on a tenth of it counts
 BRIGHT = 0.5  # quantile of the page's brightness above which it is paper
 
 
@@ -108,10 +109,13 @@ def _quantile(values: Floats) -> Floats:
     0 for a row without values.
     values: (h, w).
     """
-    known = np.isfinite(values).any(axis=1)
-    result = np.zeros(len(values))
-    result[known] = np.nanpercentile(values[known], 90, axis=1)
-    return result
+    # numpy.nanpercentile goes row by row, for a quarter of the time of two leaves.
+    count = np.isfinite(values).sum(axis=1)
+    ordered, row = np.sort(values, axis=1), np.arange(len(values))
+    place = QUANTILE * np.maximum(count - 1, 0)
+    below = place.astype(int)
+    low, high = ordered[row, below], ordered[row, np.minimum(below + 1, np.maximum(count - 1, 0))]
+    return np.where(count > 0, low + (high - low) * (place - below), 0.0)
 
 
 def _paper_colour(fine: FlatMesh) -> Floats:

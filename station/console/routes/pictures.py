@@ -14,10 +14,10 @@ from station.console.faults import ConsoleFault
 from station.console.routes.answers import FAULTS, IMMUTABLE, EventNumber, Looking
 from station.console.shown_pages import models
 from station.console.shown_pages.layers import (
-    FILES,
     coverage_legend,
     encode_picture,
     event_of,
+    file_of_layer,
     read_layer,
     read_model,
     stored_file,
@@ -27,7 +27,10 @@ from station.console.shown_pages.tiles import KINDS, Pyramid, build_pyramid, des
 from station.console.state.app_state import AppState
 
 router = APIRouter(prefix="/api", responses=FAULTS)
-Layer = Literal["page", "master", "strain", "coverage", "original"]
+LEAF = "((left|right)[.])?"
+Layer = Annotated[str, Path(pattern=f"^({LEAF}(page|master|strain|coverage)|original)$")]
+Small = Annotated[str, Path(pattern=f"^({LEAF}(page|master)|original)$")]
+Prefix = Annotated[Literal["", "left.", "right."], Query(description="of the leaf, before the name of a layer")]
 Millimetres = Annotated[float, Query(ge=-10_000, le=10_000, allow_inf_nan=False)]
 TYPES = {"jpg": "image/jpeg", "png": "image/png"}
 KEPT = {"Cache-Control": IMMUTABLE}
@@ -38,7 +41,7 @@ STORED = ("page", "master")  # whose stored file is the whole picture
 def picture(app_state: Looking, event: EventNumber, layer: Layer) -> Response:
     """The Deep Zoom document of a layer."""
     return Response(
-        describe(_pyramid(app_state, event, layer), KINDS[layer]), media_type="application/xml", headers=KEPT
+        describe(_pyramid(app_state, event, layer), KINDS[_name(layer)]), media_type="application/xml", headers=KEPT
     )
 
 
@@ -53,14 +56,14 @@ def tile(
     kind: Literal["jpg", "png"],
 ) -> Response:
     """A tile of a layer."""
-    if kind != KINDS[layer]:
-        raise ConsoleFault("not_found", f"tiles of {layer} are {KINDS[layer]}")
+    if kind != KINDS[_name(layer)]:
+        raise ConsoleFault("not_found", f"tiles of {layer} are {KINDS[_name(layer)]}")
     data = encode_picture(_pyramid(app_state, event, layer).tile(level, column, row), kind)
     return Response(data, media_type=TYPES[kind], headers=KEPT)
 
 
 @router.get("/pictures/{event}/{layer}/thumbnail.jpg", response_class=Response)
-def thumbnail(app_state: Looking, event: EventNumber, layer: Literal["page", "master", "original"]) -> Response:
+def thumbnail(app_state: Looking, event: EventNumber, layer: Small) -> Response:
     """A layer within 240 pixels."""
     data = encode_picture(_pyramid(app_state, event, layer).thumbnail(), "jpg", quality=80)
     return Response(data, media_type=TYPES["jpg"], headers=KEPT)
@@ -71,26 +74,26 @@ def full(app_state: Looking, event: EventNumber, layer: Layer) -> Response:
     """The whole of a layer, as PNG; of the strain of a large page a smaller one."""
     session = app_state.opened().session
     found = event_of(session, event)
-    if layer in STORED:
-        data = stored_file(session, found, FILES[layer]).read_bytes()
+    if _name(layer) in STORED:
+        data = stored_file(session, found, file_of_layer(layer)).read_bytes()
     else:
         data = encode_picture(_pyramid(app_state, event, layer).whole(), "png")
     return Response(data, media_type=TYPES["png"], headers=KEPT)
 
 
 @router.get("/pictures/{event}/strain/scale")
-def scale(app_state: Looking, event: EventNumber) -> dict[str, Any]:
+def scale(app_state: Looking, event: EventNumber, leaf: Prefix = "") -> dict[str, Any]:
     """The colours of the strain and its numbers."""
     session = app_state.opened().session
-    arrays, _ = read_model(session, event_of(session, event))
+    arrays, _ = read_model(session, event_of(session, event), file_of_layer(f"{leaf}strain"))
     return strain_scale(arrays["strain"].astype(float))
 
 
 @router.get("/pictures/{event}/coverage/legend")
-def legend(app_state: Looking, event: EventNumber) -> dict[str, Any]:
+def legend(app_state: Looking, event: EventNumber, leaf: Prefix = "") -> dict[str, Any]:
     """Return the colours of the coverage and their fractions of the page."""
     session = app_state.opened().session
-    return coverage_legend(session, event_of(session, event))
+    return coverage_legend(session, event_of(session, event), leaf)
 
 
 @router.get("/models/{event}/measure")
@@ -118,10 +121,17 @@ def model(
 def _pyramid(app_state: AppState, number: int, layer: str) -> Pyramid:
     session = app_state.opened().session
     event = event_of(session, number)
-    if layer != "original" and FILES[layer] not in event.files:
+    if layer != "original" and file_of_layer(layer) not in event.files:
         raise ConsoleFault("not_found", f"event {number} has no {layer}")
 
     def build() -> Pyramid:
-        return strain_pyramid(session, event) if layer == "strain" else build_pyramid(read_layer(session, event, layer))
+        if _name(layer) == "strain":
+            return strain_pyramid(session, event, layer.removesuffix("strain"))
+        return build_pyramid(read_layer(session, event, layer))
 
     return app_state.pyramids.get((session.identifier, number, layer), build)
+
+
+def _name(layer: str) -> str:
+    """The name of a layer without the leaf that it is of."""
+    return layer.rpartition(".")[2]

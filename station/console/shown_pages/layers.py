@@ -21,11 +21,13 @@ from station.console.faults import ConsoleFault
 from station.export.page_model import decode_model
 from station.images.coverage import COLOURS
 from station.session import Event, Session, scan_path
+from station.session.parts import PAGE, STEM
 from station.session.photographs import first_picture, is_set
 
 MAX_PIXELS = 120_000_000  # of a picture that is shown: 360 MB as it is drawn
 MAX_MODEL_BYTES = 2**27  # of the mesh of a page: an A3 page has 20 MB
-FILES = {"page": "page.png", "master": "page-master.png", "coverage": "page-coverage.png", "strain": "page-model.plm"}
+ENDINGS = {"page": ".png", "master": "-master.png", "coverage": "-coverage.png", "strain": "-model.plm"}
+FILES = {layer: STEM + ending for layer, ending in ENDINGS.items()}
 MODEL = FILES["strain"]
 FORMATS = ("PNG",)  # of these files: no other decoder is let at them
 ON_CAPTURE = "original"
@@ -36,8 +38,28 @@ OPAQUE = 170  # what was not seen as it is
 
 def layers_of(restored: Event | None, capture: Event | None) -> list[str]:
     """The layers that a page has."""
-    found = [] if restored is None else [name for name, file in FILES.items() if file in restored.files]
-    return [*found, *([] if capture is None else [ON_CAPTURE])]
+    return [*leaf_layers(restored, ""), *([] if capture is None else [ON_CAPTURE])]
+
+
+def leaf_layers(restored: Event | None, prefix: str) -> list[str]:
+    """The layers of a leaf; prefix: `left.` or `right.`, empty for a page that is the only one of its scan."""
+    layers = [f"{prefix}{name}" for name in FILES]
+    return [] if restored is None else [layer for layer in layers if file_of_layer(layer) in restored.files]
+
+
+def file_of_layer(layer: str) -> str:
+    """The name of the file of a layer.
+
+    >>> file_of_layer("master"), file_of_layer("left.page")
+    ('page-master.png', 'page-left.png')
+    """
+    part, _, name = layer.rpartition(".")
+    return f"{STEM}-{part}{ENDINGS[name]}" if part else FILES[name]
+
+
+def prefix_of(part: str, count: int) -> str:
+    """What comes before the names of the layers of one of `count` parts of a scan."""
+    return "" if count == 1 or part == PAGE else f"{part}."
 
 
 def models_of(restored: Event | None, capture: Event | None) -> list[str]:
@@ -104,20 +126,20 @@ def read_layer(session: Session, event: Event, layer: str) -> Bytes:
         if texture is None:
             raise ConsoleFault("not_found", "the scan has no colour image")
         return np.asarray(texture)
-    path = stored_file(session, event, FILES[layer])
-    return READERS[layer](path, session, event)
+    path = stored_file(session, event, file_of_layer(layer))
+    return READERS[layer.rpartition(".")[2]](path, session, event)
 
 
-def read_model(session: Session, event: Event) -> tuple[Mapping[str, NDArray[Any]], dict[str, Any]]:
+def read_model(session: Session, event: Event, model: str = MODEL) -> tuple[Mapping[str, NDArray[Any]], dict[str, Any]]:
     """Return the arrays (…) and the facts of a page's model.
 
     Raises ConsoleFault when the restoration kept none.
     """
-    if MODEL not in event.files:
+    if model not in event.files:
         raise ConsoleFault(
             "not_recorded", "this restoration kept no model", "look at its scan; pages captured here keep one"
         )
-    path = stored_file(session, event, MODEL)
+    path = stored_file(session, event, model)
     if path.stat().st_size > MAX_MODEL_BYTES:
         raise ConsoleFault("damaged", f"{path.name} is too large")
     try:
@@ -126,9 +148,9 @@ def read_model(session: Session, event: Event) -> tuple[Mapping[str, NDArray[Any
         raise ConsoleFault("damaged", f"{path} is damaged: {error}", "planish verify shows more") from error
 
 
-def coverage_legend(session: Session, event: Event) -> dict[str, Any]:
+def coverage_legend(session: Session, event: Event, prefix: str = "") -> dict[str, Any]:
     """Return the classes of the page's pixels, with colours and fractions."""
-    seen = _coverage_codes(stored_file(session, event, FILES["coverage"]))
+    seen = _coverage_codes(stored_file(session, event, file_of_layer(f"{prefix}coverage")))
     counts = np.bincount(seen.ravel(), minlength=len(CoverageClass))
     total = max(int(counts[1:].sum()), 1)
     kinds = [kind for kind in CoverageClass if kind != CoverageClass.OUTSIDE]

@@ -7,13 +7,21 @@ from typing import Any
 
 from restore import BadInput
 from station.console.faults import ConsoleFault
-from station.console.shown_pages.layers import layers_of, models_of, opened, stored_file
+from station.console.shown_pages.layers import (
+    file_of_layer,
+    layers_of,
+    leaf_layers,
+    models_of,
+    opened,
+    prefix_of,
+    stored_file,
+)
 from station.console.shown_pages.units import UNITS
 from station.session import VOLUME, Event, Page, Session
 from station.session.corrections import outdated_pages
 from station.session.index import level_of, state_of
 from station.session.leaves import Leaf, label_of, leaves_by_page
-from station.session.parts import RESTORE, VERDICT, errors_of
+from station.session.parts import RESTORE, VERDICT, errors_of, parts_of
 from station.session.stages import PAGE
 from station.verdict.judge import LEVELS
 
@@ -45,7 +53,8 @@ def detail_of(session: Session, row: Row) -> dict[str, Any]:
         "report": {**result, "measures": measures} if restored else {},
         "page_mm": result.get("page_mm"),
         "dpi": result.get("dpi"),
-        "page_px": _pixels(session, restored),
+        "page_px": _pixels(session, restored, PAGE),
+        "leaves": list(_leaves(session, restored)),
         "layers": layers_of(restored, page.capture),
         "models": models_of(restored, page.capture),
         "words": restored is not None and ALTO in restored.files,
@@ -151,12 +160,28 @@ def _event(event: Event) -> dict[str, Any]:
     }
 
 
-def _pixels(session: Session, restored: Event | None) -> list[int] | None:
-    """Width and height of the restored page."""
-    if restored is None or PAGE not in restored.files:
+def _leaves(session: Session, restored: Event | None) -> Iterator[dict[str, Any]]:
+    """Each part of a restoration: its size, its layers, or why it could not be restored."""
+    parts = {} if restored is None else parts_of(restored.facts["result"])
+    for part, report in parts.items():
+        prefix = prefix_of(part, len(parts))
+        yield {
+            "part": part,
+            "prefix": prefix,
+            "page_mm": report.get("page_mm"),
+            "dpi": report.get("dpi"),
+            "page_px": _pixels(session, restored, file_of_layer(f"{prefix}page")),
+            "layers": [layer.removeprefix(prefix) for layer in leaf_layers(restored, prefix)],
+            "failed": {"text": report["error"], "hint": report.get("hint", "")} if "error" in report else None,
+        }
+
+
+def _pixels(session: Session, restored: Event | None, name: str) -> list[int] | None:
+    """Width and height of a restored page, by the name of its file."""
+    if restored is None or name not in restored.files:
         return None
     try:
-        with opened(stored_file(session, restored, PAGE)) as picture:
+        with opened(stored_file(session, restored, name)) as picture:
             return list(picture.size)
     except (BadInput, ConsoleFault):  # damaged: its picture says so
         return None

@@ -11,7 +11,7 @@ import numpy as np
 
 from restore.drawing import rasterise
 from restore.scan import Bytes, Floats, Ints
-from station.console.shown_pages.layers import FILES, opened, read_model, stored_file
+from station.console.shown_pages.layers import file_of_layer, opened, read_model, stored_file
 from station.console.shown_pages.tiles import Box, Pyramid, Size
 from station.pictures.strain import SIGNED, round_up
 from station.session import Event, Session
@@ -56,10 +56,10 @@ class StrainPyramid(Pyramid):
         return np.asarray(picture)
 
 
-def strain_pyramid(session: Session, event: Event) -> StrainPyramid:
-    """The strain of a restoration. Raises ConsoleFault, BadInput, OSError."""
-    arrays, _ = read_model(session, event)
-    with opened(stored_file(session, event, FILES["page"])) as picture:
+def strain_pyramid(session: Session, event: Event, prefix: str = "") -> StrainPyramid:
+    """The strain of a page or leaf of a restoration. Raises ConsoleFault, BadInput, OSError."""
+    arrays, _ = read_model(session, event, file_of_layer(f"{prefix}strain"))
+    with opened(stored_file(session, event, file_of_layer(f"{prefix}page"))) as picture:
         size = picture.size
     names = ("page_uv", "faces", "strain")
     uv, faces, strain = (arrays[name].astype(kind) for name, kind in zip(names, ("f8", "i8", "f8"), strict=True))

@@ -219,6 +219,28 @@ def test_before_and_after_lie_over_each_other(show, canned):
     assert handle.get_attribute("aria-valuenow") == "75"
 
 
+def test_both_leaves_of_an_opened_book_are_shown(show, canned):
+    canned.rows[7] = {"parts": [{"part": part, "name": f"7/{part}"} for part in ("left", "right")]}
+    page = show(canned, "page/7")
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    thumbnails = page.locator("#strip-7 img")
+    assert [re.search(r"/15/(.*)/thumb", one.get_attribute("src"))[1] for one in thumbnails.all()] == [
+        "left.page",
+        "right.page",
+    ]
+    leaves = page.get_by_role("group", name="Leaf")
+    assert leaves.get_by_role("button", name="left").get_attribute("aria-pressed") == "true"
+    leaves.get_by_role("button", name="right").click()
+    for _ in range(100):
+        if any("/15/right.page.dzi" in url for url in asked):
+            break
+        page.wait_for_timeout(20)
+    assert any("/15/right.page.dzi" in url for url in asked)
+    page.locator("#strip-8").click()
+    leaves.wait_for(state="hidden")
+
+
 def test_layers_and_their_colours(show, canned):
     page = show(canned, "page/3")
     page.get_by_label("Strain").check()

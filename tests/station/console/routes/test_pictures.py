@@ -22,6 +22,8 @@ from station.export.model import decode_arrays
 from station.session import Volume, add_scan, create_session, open_session, record_run, scan_path
 from station.session.parts import RESTORE
 from station.session.stages import run_restore
+from station.verdict.packed import PACKED_BYTES, pack
+from tests.station.conftest import curl_scan
 from tests.station.console.conftest import GatedScanner, Served, StandInRestorer, serving
 
 RADIUS_MM = 60.0
@@ -204,3 +206,38 @@ def test_links_and_damaged_pictures_of_a_session_are_refused(restored, tmp_path)
         points.unlink()
         points.symlink_to(secret)
         assert browser.get(f"/api/models/{row['capture']}/scan").status_code == 422
+
+
+def test_both_leaves_of_an_opened_book_are_shown(tmp_path):
+    """Two pictures of one restoration, each with its layers, by the name of its leaf."""
+    widths = {"left": 50, "right": 40}
+    create_session(tmp_path / "book", Volume(title="Book", preset_values={}))
+    with open_session(tmp_path / "book") as writer:
+        capture = add_scan(writer, curl_scan(), facts={})
+        made = writer.staging("run")
+        made.mkdir()
+        for part, width in widths.items():
+            Image.fromarray(np.full((30, width, 3), width, np.uint8)).save(made / f"page-{part}.png")
+            Image.fromarray(np.ones((30, width), np.uint8)).save(made / f"page-{part}-coverage.png")
+        measures = {"fingerprint": pack(bytes(PACKED_BYTES))}
+        parts = {part: {"page_mm": [w, 30.0], "dpi": 25.4, "measures": measures} for part, w in widths.items()}
+        event = record_run(writer, RESTORE, capture, parameters={}, result={"parts": parts}, files=made).number
+    with serving(tmp_path, GatedScanner(curl_scan()), StandInRestorer()) as served, served.client() as browser:
+        opened = browser.post("/api/sessions/book/open", json={"read_only": True})
+        assert opened.status_code == 200, opened.text
+        leaves = browser.get("/api/pages/1").json()["leaves"]
+        assert [(leaf["part"], leaf["prefix"], leaf["page_px"]) for leaf in leaves] == [
+            ("left", "left.", [50, 30]),
+            ("right", "right.", [40, 30]),
+        ]
+        assert leaves[1]["layers"] == ["page", "coverage"]
+        for leaf, width in widths.items():
+            assert dzi_size(browser, event, f"{leaf}.page") == (width, 30)
+            assert picture_of(browser.get(f"/api/pictures/{event}/{leaf}.page/full"))[0, 0, 0] == width
+            assert picture_of(browser.get(f"/api/pictures/{event}/{leaf}.page/thumbnail.jpg")).shape[:2] == (30, width)
+            assert picture_of(browser.get(f"/api/pictures/{event}/{leaf}.coverage/full")).shape[:2] == (30, width)
+            assert browser.get(f"/api/pictures/{event}/coverage/legend?leaf={leaf}.").status_code == 200
+        assert browser.get(f"/api/pictures/{event}/page.dzi").status_code == 404
+        assert browser.get(f"/api/pictures/{event}/left.strain.dzi").status_code == 404
+        for wrong in ("middle.page", "left.original", "left..page"):
+            assert browser.get(f"/api/pictures/{event}/{wrong}.dzi").status_code in (404, 422)

@@ -59,14 +59,14 @@ export class Compare {
     });
   }
 
-  async show(row, page, layer) {
+  async show(row, page, layer, prefix = "") {
     this.end();
     await this.viewer.start();
     this.viewer.element.append(this.before, this.handle, ...this.names);
     this.move(this.at);
     this.following = this.viewer.follower(this.before);
     const { other } = this.following;
-    const key = layer === "original" ? `${row.capture}/original` : `${row.restore}/${layer}`;
+    const key = layer === "original" ? `${row.capture}/original` : `${row.restore}/${prefix}${layer}`;
     const item = await new Promise((done) => other.addTiledImage({ tileSource: keyed(`/api/pictures/${key}.dzi`), width: 1,
       success: (event) => done(event.item), error: () => done(null) }));
     if (item && layer === "original") await this.lay(item, row, page);

@@ -44,15 +44,15 @@ export function layerChoice(changed) {
   });
   const element = h("section", { class: "tool-panel", "aria-label": t("layers") }, h("h2", { text: t("layers") }),
     h("div", { class: "layer-row" }, base.element, boxes.map(([, , label]) => label)), legends);
-  const explain = async (row) => {
+  const explain = async (row, prefix) => {
     const parts = [];
-    if (chosen.strain) parts.push(await get(`/api/pictures/${row.restore}/strain/scale`).then(strainScale).catch(() => null));
-    if (chosen.coverage) parts.push(await get(`/api/pictures/${row.restore}/coverage/legend`).then(coverageLegend).catch(() => null));
+    if (chosen.strain) parts.push(await get(`/api/pictures/${row.restore}/strain/scale?leaf=${prefix}`).then(strainScale).catch(() => null));
+    if (chosen.coverage) parts.push(await get(`/api/pictures/${row.restore}/coverage/legend?leaf=${prefix}`).then(coverageLegend).catch(() => null));
     legends.replaceChildren(...parts.filter(Boolean));
   };
   return { element,
-    /** The layers for the viewer, of those that the page has. */
-    of(row, offered) {
+    /** The layers for the viewer, of those that the page or leaf has. */
+    of(row, { layers: offered, prefix }) {
       base.offer(["page", "master"].filter((name) => offered.includes(name)));
       const lowest = offered.includes(chosen.base) ? chosen.base : "page";
       base.show(lowest);
@@ -61,8 +61,8 @@ export function layerChoice(changed) {
         label.hidden = !offered.includes(name);
         set(input, "disabled", !offered.includes(name));
       }
-      explain(row);
+      explain(row, prefix);
       const above = OVERLAYS.filter((name) => chosen[name] && offered.includes(name));
-      return [lowest, ...above].map((layer, at) => ({ event: row.restore, layer, opacity: at ? VEIL : 1 }));
+      return [lowest, ...above].map((layer, at) => ({ event: row.restore, layer: `${prefix}${layer}`, opacity: at ? VEIL : 1 }));
     } };
 }

@@ -4,6 +4,7 @@ import { keyed } from "../api.js";
 import { h, icon, segmented, set, setIcon, setText } from "../dom.js";
 import { number, pageName, time } from "../format.js";
 import { messageText } from "../notices.js";
+import { pictureLayers } from "./leaves.js";
 import { current, on, select, sortRows, store } from "../store.js";
 import { t } from "../strings.js";
 
@@ -17,13 +18,13 @@ export function levelIcon(level) {
 }
 
 function card() {
-  const picture = h("img", { alt: "", width: 104, height: 64, loading: "lazy", decoding: "async", on: { error: () => picture.classList.add("gone") } });
+  const pictures = h("span", { class: "card-picture" });
   const label = h("span", { class: "card-label" });
   const level = icon("circle-help");
   const mark = icon("bookmark");
   const done = icon("check");
   const element = h("div", { class: "card", role: "option", on: { click: () => select(Number(element.dataset.page)) } },
-    h("span", { class: "card-picture" }, picture), h("span", { class: "card-foot" }, label, mark, done, level));
+    pictures, h("span", { class: "card-foot" }, label, mark, done, level));
   return { element, show: (row, at, chosen) => {
     element.dataset.page = row.page;
     element.id = `strip-${row.page}`;
@@ -38,11 +39,16 @@ function card() {
     setIcon(level, levelIcon(row.failed ? "red" : row.level));
     mark.classList.toggle("gone", !row.marked);
     done.classList.toggle("gone", !row.accepted);
-    const source = keyed(`/api/pictures/${row.restore ?? row.capture}/${row.restore && !row.failed ? "page" : "original"}/thumbnail.jpg`);
-    if (picture.getAttribute("src") === source) return;
-    picture.classList.remove("gone");
-    picture.src = source;
+    const sources = pictureLayers(row).map(({ event, layer }) => keyed(`/api/pictures/${event}/${layer}/thumbnail.jpg`));
+    if (pictures.dataset.sources === sources.join()) return;
+    pictures.dataset.sources = sources.join();
+    pictures.replaceChildren(...sources.map(thumbnail));
   } };
+}
+
+function thumbnail(source) {
+  const picture = h("img", { src: source, alt: "", width: 104, height: 64, loading: "lazy", decoding: "async", on: { error: () => picture.classList.add("gone") } });
+  return picture;
 }
 
 function spoken(row) {

@@ -5,6 +5,7 @@ import { keyed } from "../api.js";
 import { h, icon, placeholder, segmented, set, setText } from "../dom.js";
 import { pageName, percent, time } from "../format.js";
 import { details } from "../parts/details.js";
+import { pictureLayers } from "../parts/leaves.js";
 import { previewPane } from "../parts/preview.js";
 import { pageStrip } from "../parts/strip.js";
 import { levelSign, verdictLights } from "../parts/verdict.js";
@@ -28,10 +29,9 @@ function pagePane() {
       element.replaceChildren(placeholder("first-page", t("capture.first"), t("capture.first.text")));
       return;
     }
-    const flat = row.restore && !row.failed;
-    const source = keyed(`/api/pictures/${flat ? row.restore : row.capture}/${flat ? "page" : "original"}/full`);
-    element.replaceChildren(h("a", { class: "shot-link", href: `#/page/${row.page}` },
-      h("img", { src: source, alt: t(flat ? "shot.flat" : "shot.original", { page: pageName(row) }) })), waiting);
+    const name = t(row.restore && !row.failed ? "shot.flat" : "shot.original", { page: pageName(row) });
+    element.replaceChildren(h("a", { class: "shot-link", href: `#/page/${row.page}` }, pictureLayers(row).map(({ event, layer }, at) =>
+      h("img", { src: keyed(`/api/pictures/${event}/${layer}/full`), alt: at ? "" : name }))), waiting);
   };
   return { element, show };
 }

@@ -7,6 +7,7 @@ import { bytes, number, pageName, time } from "../format.js";
 import { Compare } from "../parts/compare.js";
 import { details } from "../parts/details.js";
 import { layerChoice } from "../parts/layers.js";
+import { leafChoice } from "../parts/leaves.js";
 import { ModelView } from "../parts/model_view.js";
 import { Ruler } from "../parts/ruler.js";
 import { pageStrip } from "../parts/strip.js";
@@ -27,6 +28,7 @@ class PageScreen {
     this.words = new Words(this.viewer, (page) => { select(page); return this.update(); });
     this.model = new ModelView();
     this.layers = layerChoice(() => this.showLayers());
+    this.leaves = leafChoice(() => this.update());
     this.lights = verdictLights();
     this.tool = "look";
     this.against = "original";
@@ -43,7 +45,7 @@ class PageScreen {
     this.empty = h("div", { class: "viewer-empty" });
     this.compareBox = h("section", { class: "tool-panel", "aria-label": t("tool.compare") }, h("h2", { text: t("compare.with") }), this.comparing.element);
     this.element = h("div", { class: "screen page-screen" },
-      h("section", { class: "viewer", "aria-label": t("picture") }, h("div", { class: "viewer-head" }, this.tools.element, this.zooms),
+      h("section", { class: "viewer", "aria-label": t("picture") }, h("div", { class: "viewer-head" }, this.tools.element, this.leaves.element, this.zooms),
         this.viewer.element, this.model.element, this.empty),
       h("section", { class: "panel scrolling", "aria-label": t("page"), tabindex: "0" },
         h("div", { class: "panel-head" }, h("div", {}, this.title, this.sub), this.sign),
@@ -73,13 +75,14 @@ class PageScreen {
     if (current()?.page !== row?.page) return;
     this.row = row;
     this.details = found;
+    this.leaf = this.leaves.of(found);
     this.lights.show(row, found?.checks);
-    this.more.replaceChildren(...(found ? [...history(found)] : []));
+    this.more.replaceChildren(...(found ? [...history(found, this.leaf)] : []));
     await this.use(this.tool);
   }
 
   get flat() {
-    return Boolean(this.row?.restore && !this.row.failed && this.details?.layers?.includes("page"));
+    return Boolean(this.row?.restore && !this.row.failed && this.leaf?.layers.includes("page"));
   }
 
   async use(tool) {
@@ -98,9 +101,9 @@ class PageScreen {
     this.model.leave();
     await this.showLayers();
     if (tool === "compare") {
-      this.comparing.offer(["original", "master"].filter((name) => this.details.layers.includes(name)));
+      this.comparing.offer(["original", "master"].filter((name) => name === "original" || this.leaf.layers.includes(name)));
       this.comparing.show(this.against);
-      await this.compare.show(this.row, this.viewer.page, this.against);
+      await this.compare.show(this.row, this.viewer.page, this.against, this.leaf.prefix);
     } else if (tool === "ruler") this.ruler.start(this.row);
     else if (tool === "words") await this.words.start(this.row);
     return undefined;
@@ -113,22 +116,22 @@ class PageScreen {
   }
 
   showEmpty() {
-    const row = this.row;
-    const [picture, name] = !row ? ["first-page", "page.none"] : row.failed ? ["failed", "page.failed"] : ["working", "page.waiting"];
-    this.empty.replaceChildren(placeholder(picture, t(name), row?.failed ? faultText(row.failed, "page.failed.text") : t(`${name}.text`)));
+    const [row, failed] = [this.row, this.row?.failed ?? this.leaf?.failed];
+    const [picture, name] = !row ? ["first-page", "page.none"] : failed ? ["failed", "page.failed"] : ["working", "page.waiting"];
+    this.empty.replaceChildren(placeholder(picture, t(name), failed ? faultText(failed, "page.failed.text") : t(`${name}.text`)));
   }
 
   showLayers() {
     if (!this.flat) return undefined;
-    const [width, height] = this.details.page_px;
-    const page = { key: this.row.page, width, height, dpi: this.details.dpi };
-    return this.viewer.show(page, this.layers.of(this.row, this.details.layers));
+    const { page_px: [width, height], dpi, prefix } = this.leaf;
+    const page = { key: `${this.row.page} ${prefix}`, width, height, dpi };
+    return this.viewer.show(page, this.layers.of(this.row, this.leaf));
   }
 }
 
-function* history(found) {
-  const [width, height] = found.page_mm ?? [];
-  const figures = [["fact.size", width && `${number(width, 1)} × ${number(height, 1)} mm`], ["fact.dpi", found.dpi && `${number(found.dpi)} dpi`],
+function* history(found, leaf) {
+  const [width, height] = leaf?.page_mm ?? [];
+  const figures = [["fact.size", width && `${number(width, 1)} × ${number(height, 1)} mm`], ["fact.dpi", leaf?.dpi && `${number(leaf.dpi)} dpi`],
     ["fact.shots", found.shots.length]].filter(([, value]) => value);
   yield h("dl", { class: "figures" }, figures.map(([name, value]) => h("div", {}, h("dt", { text: t(name) }), h("dd", { text: value }))));
   yield h("details", {}, h("summary", { text: t("history") }), h("ol", { class: "events" }, found.events.map((event) =>
