@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from math import asin, cos, sin
 
 import numpy as np
-from scipy.signal import correlate2d
 
 from restore.numerics.robust import robust_sigma
 from restore.range_image.facets.facet_model import MIN_MEMBERS, SIGNAL_CLASSES, WIDE_RADIUS, signal_classes
@@ -71,6 +70,8 @@ def _autocovariance(values: Floats, down: int, right: int) -> float:
 
 def _solved(measured: list[float]) -> tuple[float, float, float]:
     """Solve for variance and covariances along rows and columns, from residuals at LAGS."""
+    from scipy.signal import correlate2d  # brings scipy.stats, which a page without this does not need
+
     reach = 2 * WIDE_RADIUS
     left = -_value_filter()
     left[WIDE_RADIUS, WIDE_RADIUS] += 1.0

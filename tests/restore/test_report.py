@@ -65,7 +65,7 @@ def test_the_report_holds_the_options_and_the_measures(page):
     report = described(page, settings=settings, distance={"mean_mm": 0.1, "sd_mm": 0.2, "max_mm": 0.3})
     assert json.loads(json.dumps(report)) == report
     assert {key: report[key] for key in ("method", "dpi", "shading")} == settings.model_dump(
-        exclude={"points", "inpaint_mm", "white_balance"}
+        exclude={"points", "inpaint_mm", "white_balance", "uncertainty"}
     )
     assert report["points"] == 50
     assert report["iterations"] == 57

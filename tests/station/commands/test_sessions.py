@@ -33,9 +33,9 @@ def test_a_session_is_made_filled_and_shown(place, capsys):
     assert capsys.readouterr().out.splitlines() == [
         "Missale  P",
         "book, 2 pages, 7 events, preset leaflet",
-        " page  label    side   state     level  note",
-        "    1  1r              new",
-        "    2  1v       left   accepted         * torn",
+        "    page  label    side   state     level  kind     edited note",
+        "       1  1r              new",
+        "       2  1v       left   accepted                         * torn",
         "undo: accept of page 2",
     ]
     assert main(["session", "show", "book", "--json"]) == 0
