@@ -50,8 +50,8 @@ function isMine(id) {
   });
 }
 
-async function request(method, path, body, signal) {
-  const headers = { "X-Planish-Tab": tab, Authorization: `Bearer ${entry.token}` };
+async function request(method, path, body, signal, more = {}) {
+  const headers = { ...more, "X-Planish-Tab": tab, Authorization: `Bearer ${entry.token}` };
   if (body !== undefined) headers["Content-Type"] = "application/json";
   let answer;
   try {
@@ -66,7 +66,7 @@ async function request(method, path, body, signal) {
 
 export const get = (path, signal) => request("GET", path, undefined, signal);
 export const post = (path, body = {}) => request("POST", path, body);
-export const put = (path, body) => request("PUT", path, body);
+export const put = (path, body, headers) => request("PUT", path, body, undefined, headers);
 
 /** The bytes of a file of the server. */
 export async function getBytes(path) {
