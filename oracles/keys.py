@@ -47,6 +47,11 @@ KEYS: Mapping[str, Key] = {
     "points": Key("number", "", "vertices of the mesh that is flattened; in settings 0 keeps all", REPORT),
     "method": Key("text", "", "flattening method", REPORT),
     "dpi": Key("number", "pixels per inch", "resolution of the page", REPORT),
+    "uncertainty": Key("flag", "", "estimate the uncertainty of places on the page", "restore/settings.py"),
+    "uncertainty_mm": Key(
+        "table", "mm", "standard deviations of places on a page, and what 95 % stay within", "restore/pipeline.py"
+    ),
+    "size_mm_ci95": Key("[number]", "mm", "half of the 95 % intervals of width and height", "restore/pipeline.py"),
     "shading": Key("text", "", "keep or remove light and shadow", REPORT),
     "iterations": Key("number", "", "iterations or time steps of the flattening", REPORT),
     "flipped_faces": Key("number", "", "faces of the flat mesh that lie upside down", REPORT),
@@ -134,6 +139,7 @@ KEYS: Mapping[str, Key] = {
     "smooth_strain_rms": Key("number|[number]", "1", "smooth_rms of the strain, as a measure", MEASURES),
     "blur_px": Key("number|null|[number]", "pixels", "standard deviation of the blur of edges", MEASURES),
     "clipped_fraction": Key("number|null|[number]", "1", "fraction of pixels that are full white or black", MEASURES),
+    "size_ci95_mm": Key("number|[number]", "mm", "half of the 95 % interval of the longer side", MEASURES),
     "left_out_fraction": Key("number|[number]", "1", "size of a sheet that is not restored, of the page's", MEASURES),
     "similarity": Key("number|[number]", "1", "likeness to another page of the session", JUDGE),
     "fingerprint": Key("text", "", "print of the page, small, to compare", MEASURES),
@@ -291,8 +297,9 @@ GENERIC: Mapping[str, str] = {
     "mean": "mean value",
     "rms": "root of the mean square",
 }
-OPEN = frozenset({"seconds", "files", "calibration", "scanner", "camera", "rejected"})
-"""Tables whose own keys are not listed: stages, paths, or what a driver or a camera model defines."""
+OPEN = frozenset({"seconds", "files", "calibration", "scanner", "camera", "rejected", "uncertainty_mm"})
+"""Tables whose own keys are not listed: stages, paths, parts of one figure, or what a driver or a camera model
+defines."""
 
 
 def keys_of(value: Any) -> Iterator[tuple[str, Any]]:

@@ -68,7 +68,7 @@ class FlatMesh(SurfaceMesh):
         return cls(**surface, flat=flat, lengths=lengths, iterations=iterations, **convergence)
 
 
-IMAGES = ("image", "mask", "page_map", "master", "coverage", "page_source")
+IMAGES = ("image", "mask", "page_map", "master", "coverage", "page_source", "uncertainty")
 """The fields of a `RestoredPage` that are arrays (h, w, …) over its pixels."""
 
 
@@ -89,6 +89,8 @@ class RestoredPage:
     coverage  (h, w) uint8, the kind of each pixel: values of `restore.texture.coverage.CoverageClass`.
     page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
                  photograph, 255 outside the page. None without photographs.
+    uncertainty  (h, w) float32 mm, the standard deviation of each pixel's place along either axis of the page, NaN
+                 outside the page. None where it was not asked for, or cannot be estimated.
     findings  what is to be reported of the page; `report["findings"]` has the same as JSON values.
 
     >>> corners = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])
@@ -108,6 +110,7 @@ class RestoredPage:
     coverage: Bytes
     page_source: NDArray[np.uint8] | None = None
     findings: tuple[Finding, ...] = ()
+    uncertainty: NDArray[np.float32] | None = None
 
     def changed_images(self, change: Callable[[str, NDArray[Any]], NDArray[Any]]) -> dict[str, Any]:
         """Return the fields of `IMAGES` after change(name, array (h, w, …)).

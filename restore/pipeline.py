@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple, cast
 
+from restore.calibration import describe_calibration, size_interval
 from restore.findings import Finding
 from restore.flattening.methods import OnStep
 from restore.page import FlatMesh, RestoredPage
@@ -34,6 +35,7 @@ from restore.texture.coverage import Coverage, cover, hole_findings, seen_part
 from restore.texture.inpaint import blank_hidden, inpaint_hidden
 from restore.texture.occlusion import mirror_findings
 from restore.texture.page import Painting
+from restore.uncertainty.estimate import estimate_uncertainty
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
 
@@ -96,6 +98,17 @@ def restore(
     report |= {"coverage": coverage.described(), "source": dict(source.provenance), "seconds": clock.seconds}
     report |= {"photos": photo_report} if photos else {}
     report |= leaf_fields(report)
+    uncertainty, sides_mm = None, None
+    if settings.uncertainty:
+        with clock("uncertainty"):
+            found_uncertainty = estimate_uncertainty(prepared, unrolled, source)
+        if isinstance(found_uncertainty, str):
+            report["uncertainty_mm"] = {"reason": found_uncertainty}
+        else:
+            uncertainty = found_uncertainty.on_page(coverage.mask.shape, coverage.mask)
+            report["uncertainty_mm"], sides_mm = found_uncertainty.described(), found_uncertainty.sides.tolist()
+    report["calibration"] = describe_calibration(source.provenance)
+    report["size_mm_ci95"] = size_interval(report["calibration"], report["page_mm"], sides_mm)
     report["findings"] = [one.as_json() for one in found]
     return RestoredPage(
         image,
@@ -109,6 +122,7 @@ def restore(
         coverage.seen,
         painting.page_source,
         findings=tuple(found),
+        uncertainty=uncertainty,
     )
 
 

@@ -33,6 +33,8 @@ class Settings(BaseModel):
     )
     inpaint_mm: float = Field(0.0, ge=0, le=50, description="occluded places up to this width are inpainted")
 
+    uncertainty: bool = Field(False, description="estimate how far places on the page may be off")
+
     @field_validator("points")
     @classmethod
     def _are_enough(cls, points: int) -> int:

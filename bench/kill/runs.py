@@ -111,8 +111,7 @@ def computed(material: Material) -> Iterator[None]:
     """While the block runs, pages and the bytes of results come from the material."""
 
     def encode(done: outputs.Restoration, kinds: frozenset[str]) -> Iterator[bytes]:
-        colour = done.page.flat.texture is not None
-        return (material.new[name] for name in outputs.names(done.stem, kinds, colour=colour))
+        return (material.new[name] for name in outputs.names(done.stem, kinds, done.page))
 
     def restored(*_: Any, on_step: Any = None, **__: Any) -> Any:
         if on_step:

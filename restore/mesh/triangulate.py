@@ -17,12 +17,13 @@ MIN_HEIGHT = 0.2  # of the stride; the shape of thinner triangles is mostly nois
 MIN_PIECE_SHARE = 0.02  # of the faces of the largest connected piece: smaller pieces are debris
 
 
-def lattice(inside: Mask, stride: int) -> tuple[Floats, Ints]:
+def lattice(inside: Mask, stride: int, snap: float = 0.0) -> tuple[Floats, Ints]:
     """Triangulate the masked part of a grid, a node every `stride` samples.
 
     The border follows the outline, half a sample beyond the outermost samples, since the sheet ends somewhere between
     those and their neighbours: nodes just inside are moved out to it, and where they are missing, the next ones outside
     are moved in.
+    snap: samples; nodes nearer than that to a sample outside are moved in any case.
     Returns nodes (n, 2) as (row, col) and faces (m, 3), counter-clockwise in the scanner's view.
     """
     padded = np.pad(inside, ((0, stride), (0, stride)))
@@ -34,7 +35,7 @@ def lattice(inside: Mask, stride: int) -> tuple[Floats, Ints]:
     to_outline = np.where(kept[..., None], beyond, within) - nodes
     distance = np.linalg.norm(to_outline, axis=2)
     outline = nodes + to_outline * (1.0 - 0.5 / np.maximum(distance, 1.0))[..., None]
-    snapped = np.where(kept, distance < MAX_SNAP_DISTANCE * stride, True)
+    snapped = np.where(kept, distance < max(MAX_SNAP_DISTANCE * stride, snap), True)
     usable = kept | (np.abs(to_outline).max(axis=2) <= stride)
     nodes, faces = _triangles(np.where(snapped[..., None], outline, nodes), usable, stride)
     return compact(nodes, faces[~_scraps(faces)])

@@ -10,6 +10,7 @@ determine where those are in the picture: noise turns them far less than it move
 from __future__ import annotations
 
 from dataclasses import replace
+from math import ceil, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,11 +28,15 @@ from restore.range_image.facets.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
 
 SLOPE_STRIDE = 8  # lines of the grid: the mean slope of a page needs no more
-STRIDE = 4  # samples: 15,000 nodes for a page that fills the picture; half of it changes no corner by 0.01 mm
-NONLINEAR_MM = 0.02  # a quarter of a pixel at 300 dpi: less is not seen
+# Samples from node to node. A cell over a crease or a bend is shown as plane: finer lattices err less. Their solution
+# takes as long as they have nodes: a page that fills the picture has as many in either mode of the scanner.
+FINEST_STRIDE, WIDEST_STRIDE = 2, 4
+NODES = 15_000
+BORDER_SNAP = 2.0  # samples: sides are moved by up to 1.75, and a narrower cell at the border would collapse
+NONLINEAR_MM = 0.005  # as much as the noise of a scan moves the places of a smooth page
 # of an edge: no surface that bends evenly moves the middle farther within a few samples; a crease does
 MAX_APART = 0.05
-SPLITS = 2  # of splitting: the halves of a cell of four samples are as wide as one then
+SPLITS = 2  # of splitting: a quarter of a cell is a sample, or half of one
 
 
 def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Floats]:
@@ -41,7 +46,7 @@ def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Flo
     nodes: (n, 2), grid positions of the coarse mesh's vertices.
     Returns also the grid positions (k, 2) of its vertices.
     """
-    fine_nodes, faces = lattice(sheet.inside, STRIDE)
+    fine_nodes, faces = lattice_over(sheet, stride_of(sheet.inside))
     topology, vertices = Topology(faces), sheet.points(fine_nodes)
     network = make_network(vertices, topology, sheet.lengths(fine_nodes, topology.edges))
     flat = interpolate_flat_positions(sheet.inside.shape, nodes, coarse.faces, coarse.flat, fine_nodes)
@@ -58,6 +63,24 @@ def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Flo
         converged=coarse.converged and found.converged,
     )
     return fine, fine_nodes
+
+
+def stride_of(inside: Mask) -> int:
+    """Choose the finest stride over inside (rows, cols) with about NODES nodes at most.
+
+    >>> [stride_of(np.ones(size, bool)) for size in ((100, 100), (200, 300), (300, 400), (480, 640))]
+    [2, 2, 3, 4]
+    """
+    return int(np.clip(ceil(sqrt(inside.sum() / NODES)), FINEST_STRIDE, WIDEST_STRIDE))
+
+
+def lattice_over(sheet: Sheet, stride: int) -> tuple[Floats, Ints]:
+    """Triangulate a sheet so that its border can be moved onto sides.
+
+    stride: samples from node to node.
+    Returns grid positions (n, 2) and faces (m, 3).
+    """
+    return lattice(sheet.inside, stride, BORDER_SNAP)
 
 
 def interpolate_flat_positions(

@@ -13,10 +13,10 @@ import numpy as np
 
 from restore.numerics.limits import TINY
 from restore.range_image.border import lost_border
-from restore.range_image.facets.facet_model import PRECISION, fit_facets
+from restore.range_image.facets.facet_model import PRECISION, WIDE_RADIUS, fit_facets
 from restore.range_image.facets.sheet import Sheet, make_sheet
 from restore.range_image.segmentation.segment import SegmentedScan
-from restore.scan import Floats, RangeScan
+from restore.scan import Floats, Mask, RangeScan
 
 EXTRAPOLATION_BLUR = 3.0  # samples: Gaussian σ, wider than a drop-out
 MARGIN = 4  # samples: one cell of the lattices
@@ -31,11 +31,25 @@ def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION, cut_out
     cut_out: as in Sheet.
     """
     page = _around_page(segmented)
-    inverse_depth = np.where(page.samples, -1.0 / np.where(page.samples, page.scan.points[..., 2], -1.0), np.nan)
-    signal, spacing = _laser_signal(page.scan), abs(page.rays.dx)
+    inverse_depth = measured_inverse_depth(page.scan.points, page.samples)
+    signal, spacing = laser_signal(page.scan), abs(page.rays.dx)
     facets = fit_facets(inverse_depth, page.samples, page.inside, spacing, signal, precision=precision)
     sheet = make_sheet(page.rays, facets, page.samples, page.inside, _texture_positions(page.scan), page.scan)
     return replace(sheet, cut_out=cut_out, lost_border=lost_border(segmented))
+
+
+def fit_again(sheet: Sheet, inverse_depth: Floats, signal: Floats | None, radius: int = WIDE_RADIUS) -> Sheet:
+    """Fit the facets of a sheet to other inverse depths (rows, cols) of its samples.
+
+    signal (rows, cols): as `laser_signal` gives it; radius: samples, of the wide window.
+    """
+    facets = fit_facets(inverse_depth, sheet.measured, sheet.inside, abs(sheet.rays.dx), signal, radius=radius)
+    return make_sheet(sheet.rays, facets, sheet.measured, sheet.inside, sheet.pixels, sheet.scan, radius)
+
+
+def measured_inverse_depth(points: Floats, samples: Mask) -> Floats:
+    """Return inverse depths (rows, cols) 1/mm of points (rows, cols, 3), NaN off samples."""
+    return np.where(samples, -1.0 / np.where(samples, points[..., 2], -1.0), np.nan)
 
 
 def _around_page(segmented: SegmentedScan) -> SegmentedScan:
@@ -61,7 +75,7 @@ def _around_page(segmented: SegmentedScan) -> SegmentedScan:
     )
 
 
-def _laser_signal(scan: RangeScan) -> Floats | None:
+def laser_signal(scan: RangeScan) -> Floats | None:
     """Return the red channel (rows, cols) at each sample.
 
     Red is the colour of the laser. Returns None for a scan without colour.

@@ -10,6 +10,7 @@ import re
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -96,6 +97,7 @@ def calibrate(
     """Calibrate a scanner and lens from scans of the board."""
     with report_faults(debug=debug):
         from drivers.vivid900.calibrating.calibrate import calibrate as calibrate_body
+        from drivers.vivid900.calibrating.calibrate import with_measurement
         from drivers.vivid900.calibrating.plates import nominal_of_scans, plate_shot
         from drivers.vivid900.geometry.calibration import encode_calibration
         from station.storage.atomic import refuse_existing, write_all
@@ -104,7 +106,9 @@ def calibrate(
         printed_board = _board(columns, rows, marker_size, marker_pitch)
         loaded = list(_load(scans))
         shots = [plate_shot(scan, printed_board, front_mm=front_mm) for scan, front_mm in loaded]
-        result = calibrate_body(shots, nominal_of_scans([scan for scan, _ in loaded]))
+        result = with_measurement(
+            calibrate_body(shots, nominal_of_scans([scan for scan, _ in loaded])), len(shots), date.today()
+        )
         summary = list(_summary(result, len(shots)))
         write_all([(output, encode_calibration(result.calibration, comments=summary).encode())], force=force)
         print_result(json.dumps(asdict(result)) if as_json else "\n".join([*summary, str(output)]))

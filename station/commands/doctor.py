@@ -8,6 +8,7 @@ import shutil
 import subprocess
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -33,6 +34,8 @@ LATE = (
 PROBE = "it may be behind the USB bridge: planish doctor --probe asks there (unmount disks behind it first)"
 INSTALL = "sudo apt install"
 OCR_PACKAGE = "tesseract-ocr"
+CALIBRATE = "scan the marker board and run planish calibrate: see docs/how-to/calibrate-a-scanner.md"
+OLD_DAYS = 365  # an assumption: the drift of a real body was never measured
 
 
 State = Literal["ok", "problem", "optional"]
@@ -165,6 +168,29 @@ def _tesseract(languages: Sequence[str] | None) -> Check:
     return Check("tesseract", "ok", f"tesseract reads {', '.join(languages)} (more: {install}-<language>)")
 
 
+def check_calibration(config: Path, today: date) -> Check:
+    """Check the calibration that a configuration names.
+
+    Raises UsageError or SettingsError for a file that cannot be read.
+    """
+    from drivers.vivid900.geometry.calibration import read_calibration
+    from station.config import load_config
+
+    path = load_config(config).scanner.get("calibration")
+    if path is None:
+        message = "nominal: sizes are uncertain by half a per cent (one standard deviation)"
+        return Check("calibration", "optional", message, CALIBRATE)
+    measured = read_calibration(Path(path)).measured
+    if measured is None:
+        return Check("calibration", "optional", f"{path} does not say when it was measured", CALIBRATE)
+    message = (
+        f"measured on {measured.date} from {measured.captures} captures; points are off by "
+        f"{measured.expected_mm:.2f} mm at most (one standard deviation)"
+    )
+    old = (today - date.fromisoformat(measured.date)).days > OLD_DAYS
+    return Check("calibration", "optional" if old else "ok", message, CALIBRATE)
+
+
 def scsi_rule(name_filter: NameFilter) -> str:
     """Return the udev rule that opens the scanner's node to local users.
 
@@ -225,6 +251,9 @@ def doctor(
     vendor: Vendor = "MINOLTA",
     product: Product = "VIVID",
     probe: Probe = False,
+    config: Annotated[
+        Path | None, typer.Option(help="Configuration whose calibration is checked.", show_default=False)
+    ] = None,
     packages: Annotated[
         bool, typer.Option("--packages", help="Print only the Debian packages of missing libraries.")
     ] = False,
@@ -240,6 +269,8 @@ def doctor(
         from drivers.vivid900.discovery import Host, NameFilter
 
         checks = run_checks(Host(), NameFilter(vendor, product), tesseract_languages, missing_libraries(), probe=probe)
+        if config is not None:
+            checks.append(check_calibration(config, date.today()))
         print_result(json.dumps([asdict(check) for check in checks]) if as_json else "\n".join(format_report(checks)))
     if any(check.state == "problem" for check in checks):
         raise typer.Exit(PROBLEM_CODE)

@@ -182,6 +182,11 @@ class Restoration:
         typer.Option("--inpaint", metavar="MM", help="Inpaint occluded places up to this width.", show_default="0"),
     ] = None
 
+    uncertainty: Annotated[
+        bool | None,
+        typer.Option("--uncertainty/--no-uncertainty", help="Estimate how far places may be off, in mm."),
+    ] = None
+
     @property
     def given(self) -> dict[str, Any]:
         """The settings that the operator named."""

@@ -14,7 +14,7 @@ from station.export.report import encode_report
 from station.images.coverage import encode_coverage
 from station.images.image_metadata import ImageMetadata
 from station.images.png import encode_png
-from station.images.tiff import encode_map, encode_tiff
+from station.images.tiff import encode_map, encode_tiff, encode_uncertainty
 from station.pictures.frames import Frame, frames_sheet
 from station.pictures.review import review
 from station.pictures.strain import strain_picture
@@ -86,6 +86,11 @@ def _texture(done: Restoration) -> bytes:
     return encode_png(done.page.flat.texture)
 
 
+def _uncertainty(done: Restoration) -> bytes:
+    assert done.page.uncertainty is not None
+    return encode_uncertainty(done.page.uncertainty, done.page.dpi)
+
+
 OUTPUTS = (
     Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi, done.metadata)),
     Output(
@@ -95,6 +100,7 @@ OUTPUTS = (
         needs_colour=True,
     ),
     Output("coverage", "-coverage.png", lambda done: encode_coverage(done.page.coverage, done.page.dpi)),
+    Output("uncertainty", "-uncertainty.tif", _uncertainty),
     Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi, done.metadata)),
     Output("map", "-map.tif", lambda done: encode_map(done.page)),
     Output("mesh", "-flat.obj", lambda done: encode_flat(done.page.flat, f"{done.stem}-mesh.mtl")),
@@ -116,15 +122,19 @@ OUTPUTS = (
 KINDS = frozenset(output.kind for output in OUTPUTS)
 
 
-def names(stem: str, kinds: frozenset[str], *, colour: bool = True) -> list[str]:
-    """Names of the files that a run writes. colour: whether the page has a colour image."""
-    return [stem + output.suffix for output in _wanted(kinds, colour=colour)]
+def names(stem: str, kinds: frozenset[str], page: RestoredPage | None = None) -> list[str]:
+    """Names of the files that a run writes, of a page only those that it has contents for."""
+    return [stem + output.suffix for output in _wanted(kinds, page)]
 
 
 def encode_outputs(done: Restoration, kinds: frozenset[str]) -> Iterator[bytes]:
     """The contents of the files of `names`, made one at a time."""
-    return (output.encode(done) for output in _wanted(kinds, colour=done.page.flat.texture is not None))
+    return (output.encode(done) for output in _wanted(kinds, done.page))
 
 
-def _wanted(kinds: frozenset[str], *, colour: bool) -> list[Output]:
-    return [out for out in OUTPUTS if out.kind in kinds | ALWAYS and (colour or not out.needs_colour)]
+def _wanted(kinds: frozenset[str], page: RestoredPage | None) -> list[Output]:
+    wanted = [out for out in OUTPUTS if out.kind in kinds | ALWAYS]
+    if page is None:
+        return wanted
+    colour, missing = page.flat.texture is not None, {"uncertainty"} if page.uncertainty is None else set()
+    return [out for out in wanted if out.kind not in missing and (colour or not out.needs_colour)]

@@ -60,6 +60,12 @@ def encode_map(page: RestoredPage) -> bytes:
     return _encode(np.concatenate(layers, axis=2), page.dpi, photometric="minisblack", description=description)
 
 
+def encode_uncertainty(uncertainty: NDArray[np.float32], dpi: float) -> bytes:
+    """Encode the uncertainty (h, w) float32 mm of a page as a TIFF of one channel."""
+    description = json.dumps({"channels": ["standard deviation along either axis"], "unit": "mm", "outside": "NaN"})
+    return _encode(uncertainty, dpi, photometric="minisblack", description=description)
+
+
 def _encode(array: NDArray[Any], dpi: float, **tags: Any) -> bytes:
     import tifffile
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from restore import Finding
+from restore import Finding, RestoredPage
 from station.export import outputs
 from station.run.options import RunOptions
 
@@ -21,12 +21,12 @@ class Destination:
     folder: Path
     force: bool = False
 
-    def files(self, stem: str, options: RunOptions, *, colour: bool = True) -> list[Path]:
+    def files(self, stem: str, options: RunOptions, page: RestoredPage | None = None) -> list[Path]:
         """Return the files that a run writes, the report last.
 
-        colour: whether the scan has a colour image.
+        page: where it is known, only files that it has contents for.
         """
-        return [self.folder / name for name in outputs.names(stem, options.outputs, colour=colour)]
+        return [self.folder / name for name in outputs.names(stem, options.outputs, page)]
 
 
 @dataclass(frozen=True)

@@ -305,7 +305,7 @@ def restore_scan(
             except RestoreError as error:
                 failures.append((sheet, error))
                 continue
-            files = destination.files(restoration.stem, options, colour=restoration.page.flat.texture is not None)
+            files = destination.files(restoration.stem, options, restoration.page)
             pages.append(Outcome(restoration.report, tuple(files)))
             yield from zip(files, outputs.encode_outputs(restoration, options.outputs), strict=True)
         if not pages:
@@ -362,7 +362,7 @@ def _restore_sheet(
         word_findings += (*lost, *findings_of_words(words))
         seconds["ocr"] = clock() - before
     seconds["total"] = sum(source_record.seconds.values()) + clock() - start
-    names = [path.name for path in destination.files(stem, options, colour=page.flat.texture is not None)]
+    names = [path.name for path in destination.files(stem, options, page)]
     run_fields = {"seconds": seconds, "peak_memory_mb": peak_memory_mib(), "files": names, **sheet.report_fields}
     found = [*page.findings, *source_record.findings, *sheet.findings, *word_findings]
     run_fields["findings"] = [one.as_json() for one in found]

@@ -46,8 +46,10 @@ class RunOptions:
     def with_implied_outputs(self) -> RunOptions:
         """Return the options with the outputs that they imply.
 
-        The master when light or colours change, the coverage when occluded places are inpainted.
+        The master when light or colours change, the coverage when occluded places are inpainted, the
+        uncertainty when it is estimated.
         """
         changed = self.settings.shading == "remove" or self.settings.white_balance != "keep" or self.to_srgb
         implied = {"master": changed, "coverage": self.settings.inpaint_mm > 0}
+        implied["uncertainty"] = self.settings.uncertainty
         return replace(self, outputs=self.outputs | {kind for kind, on in implied.items() if on})

@@ -38,6 +38,11 @@ CHECKS = {
         "{:.0%} of the page's size",
         "remove the other sheet, or restore both with planish restore --sheets separate",
     ),
+    "size_ci95_mm": (
+        "size known to",
+        "{:.2f} mm (95 %)",
+        "calibrate the scanner with planish calibrate: the manual's figures hold for no body exactly",
+    ),
     "similarity": ("same page", "{:.2f}", "it looks like a page that was captured already: did the leaf turn?"),
 }
 

@@ -20,6 +20,7 @@ WORSE: Mapping[str, Literal["less", "more"]] = {
     "blur_px": "more",
     "clipped_fraction": "more",
     "left_out_fraction": "more",
+    "size_ci95_mm": "more",
     "similarity": "more",
 }
 """The direction in which each measure is worse."""
@@ -42,6 +43,7 @@ class Thresholds(BaseModel):
     blur_px: Limits | None = None
     clipped_fraction: Limits | None = None
     left_out_fraction: Limits | None = None
+    size_ci95_mm: Limits | None = None
     similarity: Limits | None = None
 
 

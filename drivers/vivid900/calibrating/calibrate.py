@@ -9,7 +9,9 @@ of the same plane determine baseline and stripe planes, and bare plates constrai
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import date
+from math import isnan
 
 import numpy as np
 
@@ -24,7 +26,7 @@ from drivers.vivid900.calibrating.bundle_adjustment import (
     cost,
     unknowns_of_calibration,
 )
-from drivers.vivid900.geometry.calibration import Calibration
+from drivers.vivid900.geometry.calibration import Calibration, Measurement
 from drivers.vivid900.geometry.triangulation import lines_of_sight_through, points_along
 from restore.scan import Floats
 from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
@@ -78,6 +80,13 @@ def calibrate(shots: Sequence[PlateShot], start: Calibration) -> CalibrationResu
         float(np.sqrt((lines**2).mean())),
         max(_expected_mm(body, covariance, shot) for shot in shots),
     )
+
+
+def with_measurement(result: CalibrationResult, captures: int, day: date) -> CalibrationResult:
+    """Return the result with a calibration that records how it was measured."""
+    markers = None if isnan(result.markers_px) else result.markers_px
+    measured = Measurement(day.isoformat(), captures, result.lines, result.expected_mm, markers)
+    return replace(result, calibration=replace(result.calibration, measured=measured))
 
 
 def _expected_mm(body: Calibration, covariance: Floats, shot: PlateShot) -> float:

@@ -29,10 +29,30 @@ Serial = Annotated[str, Field(max_length=64)]
 
 
 @dataclass(frozen=True)
+class Measurement:
+    """Record how a calibration was measured.
+
+    date         of the day, as 2026-01-31.
+    captures     of boards and plates.
+    lines_rms    rms residual of the samples from their planes, CCD lines.
+    expected_mm  largest error of a point to expect over the field, one standard deviation.
+    markers_px   rms reprojection error of the markers, pixels; None without markers.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
+
+    date: Annotated[str, Field(pattern=r"^\d{4}-\d{2}-\d{2}$")]
+    captures: Annotated[int, Field(ge=1)]
+    lines_rms: Annotated[Finite, Field(ge=0)]
+    expected_mm: Annotated[Finite, Field(ge=0)]
+    markers_px: Annotated[Finite, Field(ge=0)] | None = None
+
+
+@dataclass(frozen=True)
 class Calibration:
     """Geometry of one body and one lens.
 
-    It has no defaults: a truncated file is refused.
+    The geometry has no defaults: a truncated file is refused.
 
     body, lens_serial  serial numbers, empty where they are not known.
     baseline_mm        from the lens centre down to the axis of the galvano mirror.
@@ -43,6 +63,7 @@ class Calibration:
                        Brown (1966).
     plane              (p0, p1, p2, p3): a mirror sent to the tangent s stands at s + p0 + p1·s + p2·s² + p3·s³.
     tilt, bow          the stripe seen at the tangent u to the right is higher by tilt·u + bow·u², in tangents.
+    measured           how; None for the manual's figures, and in files that were written before it was recorded.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -58,13 +79,15 @@ class Calibration:
     plane: tuple[Finite, Finite, Finite, Finite]
     tilt: Finite
     bow: Finite
+    measured: Measurement | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the calibration as JSON values, for the provenance of a scan.
 
         `calibration_of` reads them back.
         """
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+        fields = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+        return {name: value for name, value in fields.items() if name != "measured" or value is not None}
 
 
 def nominal(lens: Lens, *, body: str = "", lens_serial: str = "") -> Calibration:
@@ -126,7 +149,11 @@ def encode_calibration(calibration: Calibration, *, comments: Sequence[str] = ()
     """
     lines = [f"# {comment}".rstrip() for comment in ("Planish: calibration of a Vivid 900", *comments)]
     lines += ["", f"format = {FORMAT}"]
-    lines += [f"{name} = {_toml(value)}" for name, value in calibration.as_json().items()]
+    table = calibration.as_json()
+    measured = table.pop("measured", {})
+    lines += [f"{name} = {_toml(value)}" for name, value in table.items()]
+    lines += ["", "[measured]"] if measured else []
+    lines += [f"{name} = {_toml(value)}" for name, value in measured.items() if value is not None]
     return "\n".join(lines) + "\n"
 
 

@@ -24,7 +24,6 @@ from restore.runtime.threads import in_bands
 from restore.scan import Floats, Ints, Mask
 
 WIDE_RADIUS = 3  # 7×7 samples: the slope's noise is 1/14 of the depth's, per sample
-APART = 2 * WIDE_RADIUS + 1  # samples from a wide window to the next without common samples
 NARROW_RADIUS = 2  # 5×5 samples between creases that leave no room for more
 SPARSE = 0.5  # of the samples inside a wide window: where dark ink leaves fewer, slopes are twice as uncertain
 SPARSE_RADII = (6, 12)  # of windows with as many samples where a quarter, or a sixteenth, is left
@@ -66,6 +65,7 @@ def fit_facets(
     signal: Floats | None = None,
     *,
     precision: float = PRECISION,
+    radius: int = WIDE_RADIUS,
 ) -> Facets:
     """Fit facets to inverse depth at every sample with enough neighbours.
 
@@ -76,31 +76,32 @@ def fit_facets(
     signal: (rows, cols), in any unit, the light that each sample returned; samples with little have more noise and less
         weight.
     precision: fraction of the depth, the least noise that is assumed.
+    radius: samples, of the wide window.
     Raises NotEnoughSurface when the samples are too sparse for any facet.
     """
     level = float(np.median(inverse_depth[measured]))
     data = np.where(measured, inverse_depth - level, 0.0)
-    classes = _signal_classes(signal, measured & inside)
+    classes = signal_classes(signal, measured & inside)
     weight, floor, steep = measured.astype(float), precision * level, spacing * level
     for _ in range(PASSES):
-        facets, _ = _fit_windows(data, weight, inside, floor, None, steep)
+        facets, _ = _fit_windows(data, weight, inside, floor, None, steep, radius)
         weight, deviation = _weights(np.where(measured, data - facets[..., 0], np.nan), classes, floor)
     clean = np.where(weight > 0, data, facets[..., 0])
     crease = find_creases(np.where(inside, clean, 0.0), np.where(weight > 0, deviation, 0.0), inside)
     sided = np.where(crease, 0.0, weight)  # samples on a crease belong to neither side
-    facets, noise = _fit_windows(data, sided, inside, floor, crease, steep)
+    facets, noise = _fit_windows(data, sided, inside, floor, crease, steep, radius)
     return Facets(np.where(inside, facets[..., 0] + level, np.nan), facets[..., 1:3], crease, noise)
 
 
-def in_whole_windows(known: Mask) -> Mask:
+def in_whole_windows(known: Mask, radius: int = WIDE_RADIUS) -> Mask:
     """Return where the wide window is centred on its sample.
 
     All of it is known, without a crease. Returns (rows, cols) bool.
     """
-    return np.asarray(cv2.distanceTransform(known.astype(np.uint8), cv2.DIST_L2, 5) > WIDE_RADIUS + 1)
+    return np.asarray(cv2.distanceTransform(known.astype(np.uint8), cv2.DIST_L2, 5) > radius + 1)
 
 
-def _signal_classes(signal: Floats | None, measured: Mask) -> NDArray[np.int8]:
+def signal_classes(signal: Floats | None, measured: Mask) -> NDArray[np.int8]:
     """Return the class (rows, cols) of each sample by its signal.
 
     0 is the strongest; −1 where nothing was measured.
@@ -145,7 +146,7 @@ def _median_around(values: Floats) -> NDArray[np.float32]:
 
 
 def _fit_windows(
-    data: Floats, weight: Floats, inside: Mask, floor: float, crease: Mask | None, steep: float
+    data: Floats, weight: Floats, inside: Mask, floor: float, crease: Mask | None, steep: float, radius: int
 ) -> tuple[Floats, float]:
     """The facet (rows, cols, FACET_FIELDS) of every sample, and the noise, 1/mm.
 
@@ -153,26 +154,26 @@ def _fit_windows(
     them off, and so hide them.
     """
     leverage = LEVERAGE_BEFORE_CREASES if crease is None else MAX_LEVERAGE
-    wide = fit_quadratics(data, weight, inside, WIDE_RADIUS, leverage)
+    wide = fit_quadratics(data, weight, inside, radius, leverage)
     variance = wide.variance[inside & (weight > 0) & np.isfinite(wide.variance)]
     if not len(variance):
         raise NotEnoughSurface("the samples lie too far apart", "raise the laser power for dark paper, and scan again")
     noise2 = max(float(np.median(variance)), floor**2)
     limit = MAX_MISFIT_SIGMAS**2 * noise2
-    distance = None if crease is None else _distance(crease)
+    distance = None if crease is None else _distance(crease, radius)
     facets, centres = np.full((*data.shape, FACET_FIELDS), np.nan), np.zeros(data.shape, np.int64)
-    _shift_windows(wide, distance, limit, inside, WIDE_RADIUS, facets, centres)
+    _shift_windows(wide, distance, limit, inside, radius, facets, centres)
     one_sided = facets[..., 5] > 0
     bent = facets[..., 4] > MAX_BEND_SIGMAS * np.sqrt(noise2)
     unfit = inside & (bent | ~((facets[..., 3] <= limit) & one_sided))
     if crease is not None:
-        tangent = fit_over_tangents(data, weight, unfit, wide.terms, centres, steep, WIDE_RADIUS)
+        tangent = fit_over_tangents(data, weight, unfit, wide.terms, centres, steep, radius)
         better = unfit & (tangent[..., 3] <= limit) & one_sided
         facets[better, :FIELDS] = tangent[better]
         unfit &= ~better
     sparse = inside & np.isnan(wide.variance)
     if crease is not None:
-        sparse |= inside & _sparse(inside & (weight > 0), inside)
+        sparse |= inside & _sparse(inside & (weight > 0), inside, radius)
     window = np.ones((2 * NARROW_RADIUS + 1, 2 * NARROW_RADIUS + 1), np.uint8)
     near = inside & cv2.dilate(unfit.astype(np.uint8), window).astype(bool)
     # The wide fits have been used: new arrays of their size take as long as these fits.
@@ -182,12 +183,12 @@ def _fit_windows(
     return facets, float(np.sqrt(noise2))
 
 
-def _sparse(used: Mask, inside: Mask) -> Mask:
+def _sparse(used: Mask, inside: Mask, radius: int) -> Mask:
     """Return where less than the fraction SPARSE of a wide window is used.
 
     Of the samples inside. Returns (rows, cols) bool.
     """
-    size = (2 * WIDE_RADIUS + 1,) * 2
+    size = (2 * radius + 1,) * 2
     counted = inside.astype(np.float32) * SPARSE - used
     return np.asarray(cv2.boxFilter(counted, -1, size, borderType=cv2.BORDER_CONSTANT) > 0.0)
 
@@ -214,13 +215,13 @@ def _fit_sparse(
         sparse = sparse & ~found
 
 
-def _distance(crease: Mask) -> Floats:
+def _distance(crease: Mask, radius: int) -> Floats:
     """Return the distance (rows, cols) to the nearest crease, samples.
 
     More than a window's reach where creases are absent.
     """
     if not crease.any():
-        return np.full(crease.shape, float(APART))
+        return np.full(crease.shape, float(2 * radius + 1))
     return cv2.distanceTransform((~crease).astype(np.uint8), cv2.DIST_L2, 5).astype(np.float64)
 
 

@@ -14,7 +14,7 @@ from restore.camera.rays import MAX_SLOPE, LensTerms, Rays, distortion_factor
 from restore.mesh.raster import rasterise
 from restore.mesh.topology import Topology
 from restore.numerics.limits import TINY
-from restore.range_image.facets.facet_model import Facets, in_whole_windows
+from restore.range_image.facets.facet_model import WIDE_RADIUS, Facets, in_whole_windows
 from restore.range_image.facets.slope_statistics import slope_variances, unbiased
 from restore.runtime.threads import in_bands
 from restore.scan import Floats, Ints, Mask, RangeScan
@@ -136,25 +136,34 @@ class PageOnGrid:
         return Topology(self.faces)
 
 
-def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:
+def make_sheet(
+    rays: Rays,
+    facets: Facets,
+    samples: Mask,
+    inside: Mask,
+    pixels: Floats,
+    scan: RangeScan,
+    radius: int = WIDE_RADIUS,
+) -> Sheet:
     """Return a sheet from its facets, extrapolated over the grid.
 
     The rest of the grid takes the nearest facet. A facet steeper than camera and laser can see is dropped: the few
     samples on a steep wall determine its slope badly.
     samples, inside, pixels: (rows, cols), (rows, cols) and (rows, cols, 2), as in Sheet.
+    radius: samples, of the wide window of the facets.
     """
     steepest = MAX_SLOPE * abs(rays.dx) * facets.value
     known = inside & (np.hypot(*np.moveaxis(facets.slope, -1, 0)) < steepest)  # NaN is not
     nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    sound = in_whole_windows(known & ~facets.crease)
-    slopes = unbiased(facets.slope, sound)
+    sound = in_whole_windows(known & ~facets.crease, radius)
+    slopes = unbiased(facets.slope, sound, radius)
     planes = np.dstack([facets.value, slopes])
     beyond = np.nonzero(~known)
     rows, cols = nearest[:, *beyond]
     value, across, down = planes[rows, cols].T
     value = value + across * (beyond[1] - cols) + down * (beyond[0] - rows)
     planes[beyond] = np.stack([value, across, down], axis=1)
-    return Sheet(rays, inside, samples, planes, slope_variances(slopes, sound), facets.noise, pixels, scan)
+    return Sheet(rays, inside, samples, planes, slope_variances(slopes, sound, radius), facets.noise, pixels, scan)
 
 
 def depth_distance(sheet: Sheet, nodes: Floats, faces: Ints) -> dict[str, float]:

@@ -12,5 +12,6 @@ UNITS = {
     "blur_px": "px",
     "clipped_fraction": "fraction",
     "left_out_fraction": "fraction",
+    "size_ci95_mm": "mm",
     "similarity": "",
 }

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from restore.mesh.measures import flipped_faces
 from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
-from restore.outline.sides import MAX_SHIFT, straighten
+from restore.outline.sides import MAX_SHIFT, _update_grid_positions, straighten
 from restore.range_image.facets.sheet import PageOnGrid, Sheet
 
 STRIDE = 4  # samples, as the fine mesh of a page
@@ -235,3 +235,29 @@ def test_a_scrap_of_the_table_that_hangs_from_a_page_of_a_mesh_is_removed(camera
     tab[94:111, int(RIGHT) : int(RIGHT) + 10] = 220
     kept = Page(replace(page.sheet, scan=replace(page.sheet.scan, texture=tab)), page.mesh)
     assert kept.straight().nodes[:, 1].max() > RIGHT + 6.0
+
+
+class Wall:
+    """A plane of one millimetre for each sample."""
+
+    def lengths(self, nodes, edges):
+        return np.linalg.norm(nodes[edges[:, 1]] - nodes[edges[:, 0]], axis=1)
+
+
+@pytest.mark.parametrize("overshoot", [1.0, 3.0])
+def test_moved_vertices_never_miss_their_edges_by_more_than_at_first(overshoot):
+    nodes, faces = lattice(np.ones((20, 20), bool), STRIDE)
+    edges, border = Topology(faces).edges, Topology(faces).border
+    after = nodes.copy()
+    after[border] += np.random.default_rng(1).normal(0.0, 0.3, (len(border), 2))
+    # Jacobians that are too large make the iteration overshoot, as those of a border on a steep wall do.
+    jacobians = np.zeros((len(nodes), 2, 2))
+    jacobians[border] = overshoot * np.eye(2)
+
+    def missed(places):
+        return (np.linalg.norm(after[edges[:, 1]] - after[edges[:, 0]], axis=1) - Wall().lengths(places, edges)) ** 2
+
+    found = _update_grid_positions(Wall(), nodes, jacobians, nodes, after, edges)
+    first = nodes + overshoot * (after - nodes)
+    # A vertex keeps its own best place while its neighbours move to theirs: twice as far off is more than any of that.
+    assert missed(found).sum() < 2.0 * missed(first).sum() + 1e-12

@@ -63,7 +63,8 @@ def test_the_new_vertices_are_where_they_belong(split):
 
 def test_the_middle_of_the_page_is_not_split(split):
     before, after, _ = split
-    assert (np.abs(after.flat[len(before.nodes) :, 0]) > 0.5 * after.flat[:, 0].max()).all()
+    # A diagonal of two millimetres is off by NONLINEAR_MM at 25°, a third of STEEP.
+    assert (np.abs(after.flat[len(before.nodes) :, 0]) > 0.3 * after.flat[:, 0].max()).all()
 
 
 def test_a_plane_stays_as_it_is(camera):

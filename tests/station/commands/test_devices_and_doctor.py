@@ -6,6 +6,7 @@ import errno
 import json
 import os
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,12 +20,14 @@ from drivers.scsi.sg import SgDevice
 from drivers.scsi.transport import GOOD, Reply
 from drivers.vivid900 import discovery
 from drivers.vivid900.discovery import Host, NameFilter
+from drivers.vivid900.geometry.calibration import Measurement, encode_calibration
+from oracles.hidden_body import HIDDEN_BODY
 from oracles.simulation.buses.sg_node import SimulatedSgNode
 from oracles.simulation.buses.usb_bridge import SimulatedBridge
 from restore.runtime.native import SYSTEM_LIBRARIES
 from station.cli import main
 from station.commands import doctor
-from station.commands.doctor import run_checks
+from station.commands.doctor import check_calibration, run_checks
 
 VIVID = Identity(6, "MINOLTA", "VIVID 900", "1.00")
 USB2XCHANGE, ASLEEP = (0x03F3, 0x2003), (0x03F3, 0x2002)
@@ -282,3 +285,26 @@ def test_the_rules_that_come_along_are_those_that_doctor_asks_for(repository):
     lines = (repository / "configs/60-planish.rules").read_text().splitlines()
     rules = {line for line in lines if line and not line.startswith("#")}
     assert rules == {doctor.scsi_rule(NameFilter()), *(doctor.usb_rule(*numbers) for numbers in BRIDGES)}
+
+
+@pytest.mark.parametrize(
+    ("measured", "state", "words"),
+    [
+        (None, "optional", "does not say when"),
+        (Measurement("2026-01-31", 12, 0.15, 0.02), "ok", "2026-01-31 from 12 captures"),
+        (Measurement("2024-01-31", 12, 0.15, 0.02), "optional", "2024-01-31"),
+    ],
+)
+def test_the_doctor_shows_how_old_a_calibration_is(tmp_path, measured, state, words):
+    (tmp_path / "body.toml").write_text(encode_calibration(replace(HIDDEN_BODY, measured=measured)), "utf-8")
+    config = tmp_path / "station.toml"
+    config.write_text('[scanner]\ndriver = "simulated"\ncalibration = "body.toml"\n', "utf-8")
+    check = check_calibration(config, date(2026, 6, 1))
+    assert (check.state, words in check.message) == (state, True)
+
+
+def test_the_doctor_names_a_scanner_that_is_not_calibrated(tmp_path):
+    config = tmp_path / "station.toml"
+    config.write_text('[scanner]\ndriver = "simulated"\n', "utf-8")
+    check = check_calibration(config, date(2026, 6, 1))
+    assert (check.state, check.message.startswith("nominal")) == ("optional", True)

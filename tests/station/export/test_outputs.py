@@ -18,7 +18,7 @@ from station.export.mesh import encode_flat, encode_warped
 from station.export.report import INTEGRITY, encode_report, finite, summary
 from station.images.coverage import encode_coverage
 from station.images.png import encode_png
-from station.images.tiff import encode_map, encode_tiff
+from station.images.tiff import encode_map, encode_tiff, encode_uncertainty
 
 HALF_PIXEL_PER_METRE = 0.5 * 0.0254  # pHYs counts whole pixels a metre
 OBJ_DIGITS_MM = 0.5e-6
@@ -74,6 +74,23 @@ def test_map_of_a_page_from_photographs_tells_the_source_of_every_pixel(page):
     np.testing.assert_array_equal(layers[1:, :, 2], source[1:])
 
 
+def test_uncertainty_is_one_channel_of_float32_in_millimetres(page):
+    sigma = np.where(page.mask, np.float32(0.02), np.float32(np.nan))
+    with tifffile.TiffFile(io.BytesIO(encode_uncertainty(sigma, page.dpi))) as file:
+        np.testing.assert_array_equal(file.asarray(), sigma)
+        assert json.loads(file.pages[0].description)["unit"] == "mm"
+
+
+def test_a_page_without_uncertainty_has_no_file_of_it(page, scan):
+    kinds = frozenset({"uncertainty"})
+    assert "page-uncertainty.tif" in outputs.names("page", kinds)
+    assert "page-uncertainty.tif" not in outputs.names("page", kinds, page)
+    stated = replace(page, uncertainty=np.zeros(page.mask.shape, np.float32))
+    assert "page-uncertainty.tif" in outputs.names("page", kinds, stated)
+    done = outputs.Restoration("page", stated, scan, (), {})
+    assert len(list(outputs.encode_outputs(done, kinds))) == 3
+
+
 def obj_rows(data: bytes, key: str) -> list[list[str]]:
     return [line.split()[1:] for line in data.decode().splitlines() if line.split()[0] == key]
 
@@ -112,7 +129,7 @@ def test_obj_without_colour_refers_to_none(page, scan):
     bare = replace(page, flat=replace(page.flat, texture=None, texcoords=None))
     assert b"mtl" not in encode_flat(bare.flat, "m.mtl")
     done = outputs.Restoration("page", bare, scan, (), {})
-    assert len(list(outputs.encode_outputs(done, {"mesh"}))) == len(outputs.names("page", {"mesh"}, colour=False)) == 5
+    assert len(list(outputs.encode_outputs(done, {"mesh"}))) == len(outputs.names("page", {"mesh"}, bare)) == 5
 
 
 def test_page_and_report_are_always_written():

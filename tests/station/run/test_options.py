@@ -15,6 +15,7 @@ TIFF = frozenset({"tiff"})
         (RunOptions(Settings(shading="remove"), TIFF), {"master"}),
         (RunOptions(outputs=TIFF, to_srgb=True), {"master"}),
         (RunOptions(Settings(inpaint_mm=2.0), TIFF), {"coverage"}),
+        (RunOptions(Settings(uncertainty=True), TIFF), {"uncertainty"}),
         (RunOptions(Settings(white_balance="paper", inpaint_mm=2.0), TIFF), {"master", "coverage"}),
     ],
 )

@@ -59,8 +59,9 @@ async function request(method, path, body, signal, more = {}) {
   } catch {
     throw new ApiError(0, { key: "offline" });
   }
-  const told = await answer.json().catch(() => ({}));
-  if (!answer.ok) throw new ApiError(answer.status, told.error ?? { key: "fault" });
+  const told = await answer.json().catch(() => undefined); // cut off: a connection that was lost, a wait that was over
+  if (!answer.ok) throw new ApiError(answer.status, told?.error ?? { key: "fault" });
+  if (told === undefined) throw new ApiError(0, { key: "offline" });
   return told;
 }
 

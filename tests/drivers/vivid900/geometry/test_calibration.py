@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from drivers.scanner import SettingsError
 from drivers.vivid900.geometry.calibration import (
     Calibration,
+    Measurement,
     calibration_of,
     encode_calibration,
     nominal,
@@ -59,6 +60,22 @@ def test_any_serial_number_can_be_written(tmp_path_factory: pytest.TempPathFacto
     path = tmp_path_factory.mktemp("calibration") / "body.toml"
     path.write_text(encode_calibration(replace(BODY, body=serial)), "utf-8")
     assert read_calibration(path).body == serial
+
+
+@pytest.mark.parametrize("markers_px", [0.07, None])
+def test_how_it_was_measured_is_kept(path: Path, markers_px: float | None) -> None:
+    measured = replace(BODY, measured=Measurement("2026-01-31", 12, 0.15, 0.02, markers_px))
+    path.write_text(encode_calibration(measured), "utf-8")
+    assert read_calibration(path) == measured
+    assert calibration_of(measured.as_json(), "") == measured
+    assert "measured" not in BODY.as_json()
+
+
+def test_a_date_that_is_none_is_refused(path: Path) -> None:
+    measured = replace(BODY, measured=Measurement("yesterday", 12, 0.15, 0.02))
+    path.write_text(encode_calibration(measured), "utf-8")
+    with pytest.raises(SettingsError, match="date"):
+        read_calibration(path)
 
 
 @pytest.mark.parametrize("lens", LENSES)

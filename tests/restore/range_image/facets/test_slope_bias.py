@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 
 from restore.range_image.facets.facet_model import WIDE_RADIUS, in_whole_windows
 from restore.range_image.facets.quadratic_fit import fit_quadratics
-from restore.range_image.facets.slope_statistics import APART, unbiased
+from restore.range_image.facets.slope_statistics import unbiased
 from restore.range_image.facets.tangent_fit import ALL_POWERS
 
 ROWS, COLS = 50, 60
+APART = 2 * WIDE_RADIUS + 1  # samples from a window to the next that has no sample of it
 EVERYWHERE = np.ones((ROWS, COLS), bool)
 SOUND = in_whole_windows(np.pad(EVERYWHERE, 1))[1:-1, 1:-1]
 REACH = APART + WIDE_RADIUS + WIDE_RADIUS + 2  # samples from the border: a window away from the mean of sound slopes

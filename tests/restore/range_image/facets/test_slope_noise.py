@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from restore.range_image.facets.facet_model import Facets, fit_facets, in_whole_windows
+from restore.range_image.facets.facet_model import WIDE_RADIUS, Facets, fit_facets, in_whole_windows
 from restore.range_image.facets.sheet import make_sheet
-from restore.range_image.facets.slope_statistics import APART, slope_variances
+from restore.range_image.facets.slope_statistics import slope_variances
 
 SEED = 5
+APART = 2 * WIDE_RADIUS + 1  # samples from a window to the next that has no sample of it
 NOISE_MM = 0.1
 TOLD = 0.25  # of the variance: a page of 160 × 200 samples has 600 separate windows, and the mean of the squares of a
 # third as many is off by 0.1 at one standard deviation

@@ -1,0 +1,1 @@
+"""Estimate the uncertainty of positions on a page."""
