@@ -99,6 +99,8 @@ class CannedStation:
         """The JSON of a path, None for none."""
         if found := re.fullmatch(r"/api/pages/(\d+)(/words)?", path):
             return {"words": words()} if found[2] else detail(self.row(int(found[1])), self.sheet.size)
+        if found := re.fullmatch(r"/api/pages/(\d+)/(edits|layout)", path):
+            return {**ANSWERS[found[2]], "page": int(found[1])}
         if path == "/api/preview":
             return self.preview
         for ending, name in {"/measure": "measure", "/strain/scale": "strain", "/coverage/legend": "coverage"}.items():

@@ -50,8 +50,8 @@ function isMine(id) {
   });
 }
 
-async function request(method, path, body, signal) {
-  const headers = { "X-Planish-Tab": tab, Authorization: `Bearer ${entry.token}` };
+async function request(method, path, body, signal, more = {}) {
+  const headers = { ...more, "X-Planish-Tab": tab, Authorization: `Bearer ${entry.token}` };
   if (body !== undefined) headers["Content-Type"] = "application/json";
   let answer;
   try {
@@ -59,14 +59,15 @@ async function request(method, path, body, signal) {
   } catch {
     throw new ApiError(0, { key: "offline" });
   }
-  const told = await answer.json().catch(() => ({}));
-  if (!answer.ok) throw new ApiError(answer.status, told.error ?? { key: "fault" });
+  const told = await answer.json().catch(() => undefined); // cut off: a connection that was lost, a wait that was over
+  if (!answer.ok) throw new ApiError(answer.status, told?.error ?? { key: "fault" });
+  if (told === undefined) throw new ApiError(0, { key: "offline" });
   return told;
 }
 
 export const get = (path, signal) => request("GET", path, undefined, signal);
 export const post = (path, body = {}) => request("POST", path, body);
-export const put = (path, body) => request("PUT", path, body);
+export const put = (path, body, headers) => request("PUT", path, body, undefined, headers);
 
 /** The bytes of a file of the server. */
 export async function getBytes(path) {

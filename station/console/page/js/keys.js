@@ -8,19 +8,26 @@ import { t } from "./strings.js";
 const KEYS = { " ": "capture", Enter: "accept", r: "again", u: "undo", U: "redo", m: "mark", n: "note", i: "insert", p: "preview" };
 const SCREENS = new Set(["capture", "page"]); // elsewhere a key is for the fields
 const OFF = "planish-keys-off";
+let toolKey = null;
+
+/** Let an open tool act on keys before all others: `act(key)` tells whether it did; null: no tool. */
+export function setToolKey(act) {
+  toolKey = act;
+}
 
 /** Act on keys outside of fields and dialogs. Single letters can be switched off (WCAG 2.1.4). */
 export function listenForKeys() {
   addEventListener("keydown", (event) => {
-    if (event.repeat || event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return;
-    if (event.target.closest("input, textarea, select, [contenteditable], [data-own-keys]")) return;
+    if (event.repeat || event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return undefined;
+    if (event.target.closest("input, textarea, select, [contenteditable], [data-own-keys]")) return undefined;
     const pressed = event.target.closest("button, a, summary") && (event.key === " " || event.key === "Enter");
-    if (pressed || !SCREENS.has(document.getElementById("main").dataset.screen)) return;
-    if (localStorage.getItem(OFF) && event.key !== " ") return;
+    if (pressed || !SCREENS.has(document.getElementById("main").dataset.screen)) return undefined;
+    if (localStorage.getItem(OFF) && event.key !== " ") return undefined;
+    if (toolKey?.(event.key)) return event.preventDefault();
     if (event.key === "?") showKeys();
     else if (KEYS[event.key]) actions[KEYS[event.key]]();
-    else return;
-    event.preventDefault();
+    else return undefined;
+    return event.preventDefault();
   });
 }
 

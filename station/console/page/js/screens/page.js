@@ -4,9 +4,11 @@ import { actionPad } from "../actions.js";
 import { button, h, placeholder, segmented, set, setText } from "../dom.js";
 import { faultText } from "../faults.js";
 import { bytes, number, pageName, time } from "../format.js";
+import { setToolKey } from "../keys.js";
 import { Compare } from "../parts/compare.js";
 import { details } from "../parts/details.js";
 import { layerChoice } from "../parts/layers.js";
+import { LayoutTool } from "../parts/layout.js";
 import { leafChoice } from "../parts/leaves.js";
 import { ModelView } from "../parts/model_view.js";
 import { Ruler } from "../parts/ruler.js";
@@ -18,7 +20,7 @@ import { current, on, select, store } from "../store.js";
 import { firstOf, t } from "../strings.js";
 import { facts } from "./capture.js";
 
-const TOOLS = [["look", "hand"], ["compare", "columns-2"], ["ruler", "ruler"], ["words", "text-search"], ["model", "rotate-3d"]];
+const TOOLS = [["look", "hand"], ["compare", "columns-2"], ["ruler", "ruler"], ["words", "text-search"], ["model", "rotate-3d"], ["spine", "between-vertical-start"]];
 
 class PageScreen {
   constructor() {
@@ -27,6 +29,7 @@ class PageScreen {
     this.ruler = new Ruler(this.viewer);
     this.words = new Words(this.viewer, (page) => { select(page); return this.update(); });
     this.model = new ModelView();
+    this.layout = new LayoutTool();
     this.layers = layerChoice(() => this.showLayers());
     this.leaves = leafChoice(() => this.update());
     this.lights = verdictLights();
@@ -49,7 +52,7 @@ class PageScreen {
         this.viewer.element, this.model.element, this.empty),
       h("section", { class: "panel scrolling", "aria-label": t("page"), tabindex: "0" },
         h("div", { class: "panel-head" }, h("div", {}, this.title, this.sub), this.sign),
-        this.compareBox, this.ruler.element, this.words.element, this.layers.element, this.lights.element,
+        this.compareBox, this.ruler.element, this.words.element, this.layout.element, this.layers.element, this.lights.element,
         actionPad(["accept", "again", "mark", "note", "insert", "label"]), this.more),
       pageStrip());
     for (const event of ["rows", "row", "selected"]) on(event, () => { if (this.element.isConnected) this.update(); });
@@ -58,10 +61,12 @@ class PageScreen {
   enter(argument) {
     const page = Number(argument);
     if (store.rows.has(page)) select(page);
+    setToolKey((key) => this.key(key));
     return this.update();
   }
 
   leave() {
+    setToolKey(null);
     this.model.leave();
   }
 
@@ -81,6 +86,12 @@ class PageScreen {
     await this.use(this.tool);
   }
 
+  key(key) {
+    if (key === "s") this.use(this.tool === "spine" ? "look" : "spine");
+    else return this.tool === "spine" && Boolean(this.row) && this.layout.key(key);
+    return true;
+  }
+
   get flat() {
     return Boolean(this.row?.restore && !this.row.failed && this.leaf?.layers.includes("page"));
   }
@@ -91,6 +102,8 @@ class PageScreen {
     this.end();
     const drawn = this.flat;
     for (const [name, panel] of [["compare", this.compareBox], ["ruler", this.ruler.element], ["words", this.words.element]]) panel.hidden = !drawn || tool !== name;
+    this.layout.element.hidden = !this.row || tool !== "spine";
+    if (this.row && tool === "spine") this.layout.start(this.row);
     this.layers.element.hidden = !drawn || tool === "model";
     this.viewer.element.hidden = !drawn || tool === "model";
     this.model.element.hidden = !drawn || tool !== "model";
