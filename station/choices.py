@@ -9,6 +9,9 @@ FLAGS = ("tiff", "map", "mesh", "strain", "frames", "review", "ocr", "coverage")
 """Output files that are asked for, as the options of a run and the `outputs` of presets call them."""
 
 
+EDITS_SUFFIX = ".edits.json"
+"""What follows the stem of a scan in the name of its corrections by hand."""
+
 Method = Literal["isometric", "sticks", "springs", "conformal", "applicable"]
 Shading = Literal["keep", "remove"]
 """The values of `restore.Settings`, repeated so that the command line knows them without loading the library."""

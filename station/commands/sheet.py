@@ -32,7 +32,7 @@ def sheet(
         from station.storage.session_folder import refuse_session
 
         stored = read_session(find_session(index, session))
-        refuse_session(output, "give a path outside the session")
+        refuse_session(output)
         refuse_existing([output], force=force)
         data = contact_sheet(stored, columns)
         path = output.absolute()

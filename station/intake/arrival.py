@@ -14,7 +14,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from station.intake.companions import EDITS, stem_of_name
+from station.choices import EDITS_SUFFIX
+from station.intake.companions import stem_of_name
 from station.intake.listing import Listing, Stamp
 from station.run.one_page import SCAN_SUFFIX
 
@@ -64,7 +65,7 @@ class Arrival:
     @classmethod
     def of_folder(cls, folder: Path, source: Path, listing: Listing) -> Arrival:
         """The arrival of a scan folder of Planish's own, as a listing has its files."""
-        edits = source.with_name(source.name.removesuffix(SCAN_SUFFIX) + EDITS)
+        edits = source.with_name(source.name.removesuffix(SCAN_SUFFIX) + EDITS_SUFFIX)
         inside = [path for path in listing if path.is_relative_to(source) or path == edits]
         files = {str(path.relative_to(source.parent)): path for path in inside}
         return cls(folder, source, files, tuple(listing[path] for path in inside))

@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
 from restore.formats import IMAGE_SUFFIXES, SCAN_SUFFIXES
+from station.choices import EDITS_SUFFIX
 from station.intake.kept import Kept
 from station.intake.listing import Listing
 
@@ -28,7 +29,6 @@ MARKS = {".obj": b"mtllib", ".mtl": b"map_Kd", ".wrl": b"filename"}
 """Words without which a file names no other: these are found ten times as fast as the expressions."""
 COLOURED_VERTICES = re.compile(rb"^property[ \t]+uchar[ \t]+red\b", re.MULTILINE)
 SELF_CONTAINED = ".glb"
-EDITS = ".edits.json"  # after the stem of a scan: its corrections by hand
 HEADER_BYTES = 2**16  # of a PLY: what follows may be binary
 BLOCK_BYTES = 2**22
 MAX_FILE_BYTES = 2**27  # of a scan file that names others
@@ -92,7 +92,7 @@ class Pairing:
         if picture is not None:
             found.setdefault(stem_of_name(source.name) + picture.suffix.lower(), picture)
         complete = bool(found) or self._content(source).coloured
-        edits = self._by_name.get(beside(source, stem_of_name(source.name) + EDITS))
+        edits = self._by_name.get(beside(source, stem_of_name(source.name) + EDITS_SUFFIX))
         if edits is not None:
             found[edits.name] = edits
         return Companions(found, missing=None in named.values() or not complete)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 from pathlib import Path
 
 from restore import BadInput, PageEdits, parse_edits
 from restore.files import read_regular
+from station.choices import EDITS_SUFFIX
 from station.run.one_page import stem_of
 
-SUFFIX = ".edits.json"
 MAX_BYTES = 2**16  # more than any corrections have; the format itself allows 48 KiB
 CHUNK_BYTES = 2**20
+NOT_THERE = (errno.ENOENT, errno.ENAMETOOLONG)  # no file can have a name that is too long
 
 
 def edits_of(scan: Path, named: Path | None) -> PageEdits | None:
@@ -20,14 +22,15 @@ def edits_of(scan: Path, named: Path | None) -> PageEdits | None:
     From the file that is named or `<stem>.edits.json` next to the scan. Raises BadInput for a file that cannot be read,
     is damaged, or belongs to another scan.
     """
-    path = named or scan.parent / f"{stem_of(scan)}{SUFFIX}"
+    path = named or scan.parent / f"{stem_of(scan)}{EDITS_SUFFIX}"
     try:
         data = read_regular(path, MAX_BYTES)
-    except FileNotFoundError as error:
-        if named is None:
-            return None
-        raise BadInput(f"{path} does not exist", "check the name and the folder") from error
     except (OSError, ValueError) as error:
+        missing = isinstance(error, OSError) and error.errno in NOT_THERE
+        if missing and named is None:
+            return None
+        if missing:
+            raise BadInput(f"{path} does not exist", "check the name and the folder") from error
         reason = error.strerror if isinstance(error, OSError) else error
         raise BadInput(f"cannot read the corrections {path}: {reason}", "give a regular file with --edits") from error
     edits = parse_edits(data, str(path))

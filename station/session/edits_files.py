@@ -24,7 +24,7 @@ def export_edits(session: Session, page: Page, path: Path, *, force: bool = Fals
     `planish restore` of the scan with this file gives the page that the session has.
     Raises OverwriteError, UsageError for a file in a session, OSError.
     """
-    refuse_session(path, "give a path outside the session")
+    refuse_session(path)
     refuse_existing([path], force=force)
     edits = resolved_edits(session, page)
     edits = edits.model_copy(update={"scan": _digests(session, page)[0]})

@@ -11,7 +11,7 @@ def words_lost(page: RestoredPage, words: Words, *, language: str) -> tuple[Find
 
     words: those of the page without its light.
     """
-    if not page.report["light"].get("removed", False):
+    if not page.report.get("light", {}).get("removed", False):
         return ()
     kept = recognise(page.master, page.dpi, name="", language=language)
     before, after = (expected_right(read) for read in (kept, words))

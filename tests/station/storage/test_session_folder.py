@@ -59,6 +59,7 @@ OUTPUTS = [
     ["watch", "scans", "-o", "book/out"],
     ["batch", "scans", "-o", "book/out"],
     ["export", "book", "--to", "tiff", "-o", "book/out"],
+    ["sheet", "book", "-o", "book/sheet.pdf"],
     ["session", "new", "book/inner"],
     ["session", "list", "--index", "book/sessions.sqlite"],
 ]
