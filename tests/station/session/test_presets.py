@@ -10,7 +10,6 @@ from station.session.presets import PRESETS, Preset, load_preset
 from station.session.stages import RestoreParameters
 from station.verdict.thresholds import WORSE, Thresholds, check_limits
 
-
 UNLIMITED = "size_ci95_mm"  # a limit needs a measured calibration
 
 
