@@ -28,8 +28,8 @@ def test_a_layout_is_a_draft_until_enter(show, canned):
     page.keyboard.press("Enter")
     panel.get_by_text("Saved").wait_for()
     assert sent(canned) == [{"edits": {"layout": "right", "by": {"tool": "console", "saw": 15}}}]
-    page.keyboard.press("Enter")  # without a draft it accepts the page, as ever
-    page.wait_for_timeout(200)
+    with page.expect_response("**/api/press"):
+        page.keyboard.press("Enter")  # without a draft it accepts the page, as ever
     assert canned.pressed[-1] == ("/api/press", {"action": "accept", "page": 7})
 
 
