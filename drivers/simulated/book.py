@@ -7,12 +7,8 @@ from typing import NamedTuple
 
 from drivers.simulated.config import OpeningConfig, SceneConfig
 from drivers.simulated.imaging.colour import BLUR_PX
-from drivers.simulated.imaging.sensor import MovedSensor
-from drivers.simulated.imaging.shot import Truth
+from drivers.simulated.imaging.sensor import ChangingSensor
 from drivers.vivid900.capture.camera import Vivid900
-from drivers.vivid900.capture.pitch import Sums
-from drivers.vivid900.geometry.lenses import Mode
-from restore.scan import Bytes
 
 DEFOCUSED_PX = 3.0  # of the colour image: far beyond the limit of every preset
 
@@ -38,13 +34,13 @@ def presented(book: Sequence[OpeningConfig], opening: int, attempt: int) -> Pres
     return Presented(book[opening], seed, DEFOCUSED_PX if first_shot == "out of focus" else BLUR_PX)
 
 
-class LeavesSensor:
+class LeavesSensor(ChangingSensor):
     """The sensor of a body before a volume, opened at its first leaf.
 
     look  gives the sensor before one scene.
     """
 
-    def __init__(self, book: Sequence[OpeningConfig], look: Callable[[Presented], MovedSensor]) -> None:
+    def __init__(self, book: Sequence[OpeningConfig], look: Callable[[Presented], ChangingSensor]) -> None:
         self._book, self._look = tuple(book), look
         self._show(0, 0)
 
@@ -53,20 +49,12 @@ class LeavesSensor:
         if (opening, attempt) != self._lies:
             self._show(opening, attempt)
 
-    def sweep(self, mode: Mode, distance_mm: float, power: int, gain: int, shot: int) -> Sums:
-        """See Sensor."""
-        return self._now.sweep(mode, distance_mm, power, gain, shot)
-
-    def colour(self, shot: int) -> Bytes:
-        """See Sensor."""
-        return self._now.colour(shot)
-
-    def truth(self, mode: Mode) -> Truth:
-        """Ground truth of a shot taken now."""
-        return self._now.truth(mode)
+    @property
+    def _now(self) -> ChangingSensor:
+        return self._shown
 
     def _show(self, opening: int, attempt: int) -> None:
-        self._now = self._look(presented(self._book, opening, attempt))
+        self._shown = self._look(presented(self._book, opening, attempt))
         self._lies = opening, attempt
         self.distance_mm, self.contrast = self._now.distance_mm, self._now.contrast
 

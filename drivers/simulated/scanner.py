@@ -20,7 +20,7 @@ from drivers.simulated.config import ScannerConfig
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
 from drivers.simulated.device.stage import PtyStage, machine
-from drivers.simulated.imaging.sensor import Displacement, MovedSensor, PageNudge, SceneSensor
+from drivers.simulated.imaging.sensor import ChangingSensor, Displacement, MovedSensor, PageNudge, SceneSensor
 from drivers.simulated.imaging.shot import printed
 from drivers.simulated.scene.scene import place_sheet
 from drivers.stage import RotaryStage, controller_named, open_port
@@ -45,7 +45,7 @@ class Rig:
 
     device: SimulatedDevice
     clock: VirtualClock
-    sensor: MovedSensor | LeavesSensor
+    sensor: ChangingSensor
 
 
 def _still() -> float:

@@ -5,6 +5,7 @@ Accumulated sums and colour image of a capture of the scene.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -141,16 +142,11 @@ class SceneSensor:
         return np.random.default_rng([self._seed, shot, exposure])
 
 
-class MovedSensor:
-    """The sensor of a scene that is displaced between shots.
+class ChangingSensor(ABC):
+    """The sensor of a scene that changes between shots."""
 
-    at     gives the sensor of the scene at a displacement.
-    place  gives the present displacement.
-    """
-
-    def __init__(self, at: Callable[[Displacement], SceneSensor], place: Callable[[], Displacement]) -> None:
-        self._at, self._place = lru_cache(maxsize=1)(at), place
-        self.distance_mm, self.contrast = self._now.distance_mm, self._now.contrast
+    distance_mm: float
+    contrast: bool
 
     def sweep(self, mode: Mode, distance_mm: float, power: int, gain: int, shot: int) -> Sums:
         """See Sensor."""
@@ -163,6 +159,23 @@ class MovedSensor:
     def truth(self, mode: Mode) -> Truth:
         """Ground truth of a shot taken now."""
         return self._now.truth(mode)
+
+    @property
+    @abstractmethod
+    def _now(self) -> SceneSensor | ChangingSensor:
+        """The sensor of what is there now."""
+
+
+class MovedSensor(ChangingSensor):
+    """The sensor of a scene that is displaced between shots.
+
+    at     gives the sensor of the scene at a displacement.
+    place  gives the present displacement.
+    """
+
+    def __init__(self, at: Callable[[Displacement], SceneSensor], place: Callable[[], Displacement]) -> None:
+        self._at, self._place = lru_cache(maxsize=1)(at), place
+        self.distance_mm, self.contrast = self._now.distance_mm, self._now.contrast
 
     @property
     def _now(self) -> SceneSensor:
