@@ -17,7 +17,7 @@ from bench.scratch import scratch_folder
 from drivers.simulated import Facing, Opening, shoot
 from oracles.tiny_scan import tiny_scan
 from restore import RangeScan
-from station.batch.sessions import plan_session, restore_session_page
+from station.batch.sessions import plan_session, record_page, restore_session_page
 from station.run.options import RunOptions
 from station.session import (
     Volume,
@@ -84,19 +84,7 @@ def restore_all(writer: Writer) -> int:
     """Restore what is outdated, and return how many pages that were."""
     tasks = list(plan_session("book", writer, RunOptions()))
     for task in tasks:
-        run = restore_session_page(task).run
-        capture = writer.history.page(task.page).capture
-        assert capture is not None
-        record_run(
-            writer,
-            RESTORE,
-            capture,
-            parameters=task.parameters,
-            result=run.result,
-            files=task.folder,
-            facts=run.facts,
-            others=task.inputs,
-        )
+        record_page(writer, task, restore_session_page(task).run)
     return len(tasks)
 
 

@@ -13,10 +13,9 @@ from typing import Literal, TypeVar
 
 import numpy as np
 
-from drivers.scanner import SettingsError
 from drivers.simulated import shoot
 from oracles.layout import layout_error
-from oracles.openings import draw_opening
+from oracles.openings import draw_opening, shoot_drawn
 from restore import RestoredPage, Settings, restore, restore_leaves
 
 SETTINGS = Settings(points=1000, dpi=150)  # of the preset for books
@@ -32,13 +31,11 @@ def main(count: int, seed: int, mode: Literal["fast", "fine"]) -> None:
     for number in range(seed, seed + count):
         drawn = draw_opening(number)
         assert drawn.spine_mm is not None
-        try:
-            scan, truth = shoot(
-                drawn.sheet, drawn.artwork, page_mm=drawn.page_mm, pose=drawn.pose, seed=number, mode=mode
-            )
-        except SettingsError:
+        shot = shoot_drawn(drawn, number, mode)
+        if shot is None:
             print(f"{number:5} {drawn.family:12} folds over itself", flush=True)
             continue
+        scan, truth = shot
         whole, whole_s = _timed(lambda shot=scan: restore(shot, SETTINGS))
         leaves, leaves_s = _timed(lambda shot=scan: restore_leaves(shot, SETTINGS, layout="split"))
         rms = _rms(layout_error(whole, scan, truth))

@@ -11,10 +11,8 @@ from collections import Counter
 from typing import Literal
 
 from bench.spreads import SETTINGS, words_cut
-from drivers.scanner import SettingsError
-from drivers.simulated import shoot
 from oracles.leaf_sides import is_printed_over
-from oracles.openings import draw_opening
+from oracles.openings import draw_opening, shoot_drawn
 from restore import find_leaves, restore
 
 
@@ -25,13 +23,11 @@ def main(count: int, seed: int, mode: Literal["fast", "fine"]) -> None:
     for number in range(seed, seed + count):
         drawn = draw_opening(number // 2, plate=number % 2 == 0)
         assert drawn.spine_mm is not None
-        try:
-            scan, truth = shoot(
-                drawn.sheet, drawn.artwork, page_mm=drawn.page_mm, pose=drawn.pose, seed=number, mode=mode
-            )
-        except SettingsError:
+        shot = shoot_drawn(drawn, number, mode)
+        if shot is None:
             print(f"{number:5} {drawn.family:12} folds over itself", flush=True)
             continue
+        scan, truth = shot
         over = is_printed_over(truth.printed, drawn.spine_mm)
         leaves = find_leaves(scan, "auto", SETTINGS)
         kind, found = "plate" if over else "text", leaves.finding

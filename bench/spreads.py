@@ -13,10 +13,9 @@ from typing import Literal
 
 import numpy as np
 
-from drivers.scanner import SettingsError
-from drivers.simulated import Truth, shoot
+from drivers.simulated import Truth
 from oracles.leaf_sides import boxes_cut, inner_edge, printed_boxes
-from oracles.openings import Drawn, draw_opening, draw_other
+from oracles.openings import Drawn, draw_opening, draw_other, shoot_drawn
 from restore import LayoutFinding, RangeScan, RestoredPage, Settings, find_layout, restore_leaves
 from restore.scan import Floats
 
@@ -36,12 +35,10 @@ def main(count: int, seed: int, mode: Literal["fast", "fine"]) -> None:
             ("plate" if plate else "opening", draw_opening(number, plate=plate)),
             ("other", draw_other(number)),
         ):
-            try:
-                scan, truth = shoot(
-                    drawn.sheet, drawn.artwork, page_mm=drawn.page_mm, pose=drawn.pose, seed=number, mode=mode
-                )
-            except SettingsError:
+            shot = shoot_drawn(drawn, number, mode)
+            if shot is None:
                 continue
+            scan, truth = shot
             finding = find_layout(scan)
             counts[kind][finding.advice] += 1
             line = f"{number:5} {drawn.family:12} {kind:8} {finding.advice:6} {finding.is_spine:7}"

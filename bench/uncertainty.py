@@ -1,4 +1,4 @@
-"""`python -m bench.uncertainty [--count 5] [--seed S] [--log FILE]`: stated uncertainties beside exact errors.
+"""`python -m bench.uncertainty [--count 5] [--seed S] [--log FILE]`: stated uncertainties next to exact errors.
 
 Sheet, pose, distance, lens, mode and noise (half to twice the scanner's) of a page are drawn from its seed. Places 5 mm
 apart are compared with their exact places on the sheet after the best rigid motion; the error along either axis is
@@ -100,7 +100,7 @@ def noisy_scan(
 
 
 def compared(scan: RangeScan, flat: Floats) -> dict[str, Any]:
-    """What is stated of a page, beside the exact errors of its places."""
+    """Uncertainties stated for a page, and the exact errors of its places."""
     prepared = prepare(scan)
     page = prepared.unroll(Settings(), lambda _: nullcontext())
     start = process_time()

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 from scipy.interpolate import PchipInterpolator
 
+from drivers.scanner import SettingsError
 from drivers.simulated import (
     Binding,
     Cone,
@@ -24,12 +25,14 @@ from drivers.simulated import (
     Opening,
     Pose,
     Text,
+    Truth,
     Wave,
+    shoot,
 )
 from drivers.simulated.scene.artwork import Artwork
 from drivers.simulated.scene.sheets.bent import Bent, Slope
 from drivers.simulated.scene.sheets.sheet import PageSize, Sheet, parameters
-from restore.scan import Floats
+from restore.scan import Floats, RangeScan
 
 Random = np.random.Generator
 
@@ -217,3 +220,11 @@ OTHERS: dict[str, Callable[[Random], Sheet]] = {
     "miura": lambda random: Miura(side_mm=random.uniform(25, 45), fold_deg=random.uniform(20, 45)),
     "crumpled": lambda random: Crumpled(seed=int(random.integers(1000))),
 }
+
+
+def shoot_drawn(drawn: Drawn, seed: int, mode: Literal["fast", "fine"]) -> tuple[RangeScan, Truth] | None:
+    """Capture what was drawn, with its truth; None for a sheet that folds over itself before the scanner."""
+    try:
+        return shoot(drawn.sheet, drawn.artwork, page_mm=drawn.page_mm, pose=drawn.pose, seed=seed, mode=mode)
+    except SettingsError:
+        return None

@@ -131,7 +131,7 @@ class SessionBatch:
         """Record what became of a page, and its verdict. batch: how far it is."""
         writer = self._writers[task.session]
         name = f"{writer.session.volume.title}, page {task.page}"
-        event = _record(writer, task, done.run)
+        event = record_page(writer, task, done.run)
         errors = [error for _, error, _ in errors_of(done.run.result)]
         if not measured_parts(done.run.result):
             return Event("set aside", name, errors[0], batch)
@@ -165,7 +165,8 @@ def _preset(preset: Preset, options: RunOptions) -> Preset:
     )
 
 
-def _record(writer: Writer, task: SessionTask, made: Run) -> SessionEvent:
+def record_page(writer: Writer, task: SessionTask, made: Run) -> SessionEvent:
+    """Record the restoration of a page, with the computer that made it, and return its event."""
     capture = writer.history.page(task.page).capture
     assert capture is not None
     facts = {**made.facts, "host": os.uname().nodename}
