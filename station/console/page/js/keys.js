@@ -10,7 +10,7 @@ const SCREENS = new Set(["capture", "page"]); // elsewhere a key is for the fiel
 const OFF = "planish-keys-off";
 let toolKey = null;
 
-/** Let an open tool act on keys before all others: `act(key)` tells whether it did; null: no tool. */
+/** Let an open tool act on keys before all others: `act(key)` returns whether it did; null: no tool. */
 export function setToolKey(act) {
   toolKey = act;
 }

@@ -18,7 +18,7 @@ function present(told) {
   return [giving.edits.layout ?? "split", kind === "rule" ? t("source.rule", { n: id }) : t("source.page")];
 }
 
-/** The tool; `element` is its panel, `key` acts on a key and tells whether it did. */
+/** The tool; `element` is its panel, `key` acts on a key and returns whether it did. */
 export class LayoutTool {
   constructor() {
     this.choice = segmented(t("tool.spine"), CHOICES.map((name) => [name, t(`layout.${name}`)]), (name) => this.propose(name));
