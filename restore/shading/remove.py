@@ -82,7 +82,7 @@ def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:
     """Find the light of a page (h, w, 3) uint8 painted at LIGHT_DPI, as its relief is.
 
     mask (h, w): where the page is.
-    Where the page does not tell its light reliably the light is kept, and the report gives the reason.
+    Where the light cannot be determined reliably it is kept, and the report gives the reason.
     """
     # A cell at the edge of the page may have the colours of what lies next to it.
     inside = relief.inside & (cv2.erode(mask.view(np.uint8), np.ones((3, 3), np.uint8), borderValue=1) > 0)
