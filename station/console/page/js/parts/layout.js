@@ -78,6 +78,8 @@ export class LayoutTool {
   async save(tag = this.base.tag) {
     const why = hindrance();
     if (why) return setText(this.told, t(why));
+    if (this.sent) return undefined; // a second one would be refused for the tag that the first one changes
+    this.sent = true;
     const { edits } = this.other ?? this.base;
     const wanted = { ...edits, layout: this.draft, by: { ...edits?.by, tool: "console", saw: this.row.restore } };
     try {
@@ -88,6 +90,8 @@ export class LayoutTool {
       if (!(error instanceof ApiError)) throw error;
       this.other = error.status === 412 ? error.data.current : this.other;
       setText(this.told, error.status === 412 ? t("layout.conflict", { mine: t(`layout.${this.draft}`), other: t(`layout.${present(this.other)[0]}`) }) : errorText(error));
+    } finally {
+      this.sent = false;
     }
     return this.show();
   }
