@@ -329,6 +329,11 @@ CODES: Mapping[str, Code] = {
     ),
     # Corrections by hand
     "removed_by_hand": Code("note", "{share:.1%} of the page was removed by hand", "page"),
+    "size_differs": Code(
+        "warning",
+        "the page is {width_mm:.1f} × {height_mm:.1f} mm, and {given_width_mm:g} × {given_height_mm:g} mm were given. "
+        "Check outline and spine, or the given size",
+    ),
     "turn_undecided": Code(
         "warning",
         "the text does not show which side of the page is up: it stays as the scanner saw it. Rotate it with "
