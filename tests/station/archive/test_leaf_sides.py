@@ -178,10 +178,10 @@ def test_names_that_clash_are_refused_before_anything_is_written(book, tmp_path,
     out = export(book, tmp_path, "tiff", "--names", "{order:02}_{label}")
     assert "03_2r.tif" in {path.name for path in out.iterdir()}
     with open_session(book) as writer:
-        decide(writer, "label_left", "2r", page=2)
+        decide(writer, "label_left", "1v", page=3)
     clash = ["export", str(book), "--to", "tiff", "-o", str(tmp_path / "clash"), "--names", "label"]
     assert main(clash) == 2
-    assert "pages 2 and 3 would both be 2r" in capsys.readouterr().err
+    assert "pages 2 and 4 would both be 1v" in capsys.readouterr().err
     assert not (tmp_path / "clash").exists()
 
 

@@ -17,7 +17,7 @@ LABELS = st.lists(
 def shown(labels):
     """The labels that a viewer makes of the ranges: each goes on to the next one."""
     ranges = label_ranges(labels)
-    ends = [one.first for one in ranges[1:]] + [len(labels)]
+    ends = ([one.first for one in ranges] + [len(labels)])[1:]
     return [one.label(place) for one, end in zip(ranges, ends, strict=True) for place in range(end - one.first)]
 
 
