@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from restore.edits.model import Crop, PartEdits
 from restore.errors import NotEnoughSurface
 from restore.findings import Finding
+from restore.orientation import rotate_page
 from restore.outline.rectangle import page_size
 from restore.page import RestoredPage
 from restore.scan import Ints
 from restore.texture.coverage import CoverageClass
 from restore.texture.page import MM_PER_INCH, PAPER
-from restore.turn import rotate_page
 
 SIZE_MM = 2.0  # by which a page may differ from the size that was given: leaves of a book differ by less
 EMPTY = {"image": PAPER, "master": PAPER, "coverage": CoverageClass.OUTSIDE, "mask": False, "page_source": 255}
