@@ -318,6 +318,10 @@ CODES: Mapping[str, Code] = {
         "note", "the corrections of the part {part} are not used: the scan gives {parts}. Check the layout"
     ),
     "facing_strip": Code("note", "a strip of the facing page, {width_mm:.0f} mm wide, is not restored"),
+    "gutter_hidden": Code(
+        "warning",
+        "the gutter gave no range over {width_mm:.0f} mm: the leaves are two sheets, and two pages",
+    ),
     "print_over_spine": Code(
         "note", "print runs over the spine along {share:.1%} of its height: the whole is one page", "height"
     ),

@@ -45,7 +45,7 @@ def finish_page(page: RestoredPage, part: PartEdits) -> RestoredPage:
 
 
 def size_before_rotation(page: RestoredPage, degrees: float) -> tuple[float, float]:
-    """Return width and height of a page or leaf, mm, as they were before it was rotated by hand."""
+    """Return width and height of a page or leaf, mm, without its rotation by hand."""
     fine = page.fine
     cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     width, height = page_size(fine.flat[fine.topology.border] @ np.array([[cos, sin], [-sin, cos]]))

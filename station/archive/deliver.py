@@ -134,7 +134,7 @@ def _files(
 
 
 def _listed(volume: Volume, files: Iterator[tuple[str, Content]]) -> Iterator[tuple[str, Content]]:
-    """Yield files, and after them the table of the pages, unless there are none."""
+    """Yield files, and after them the table of the pages."""
     written = False
     for file in files:
         written = True

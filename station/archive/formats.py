@@ -20,7 +20,7 @@ class Format(StrEnum):
 
 
 class Parts(StrEnum):
-    """What of an opened book is delivered: its leaves, or the whole where that was restored, too."""
+    """What of an opened book is delivered: leaves, or the whole where it was kept."""
 
     AUTO = "auto"
     WHOLE = "whole"

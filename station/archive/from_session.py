@@ -76,7 +76,7 @@ def volume_of(session: Session, *, whole: bool = False) -> Volume:
 
 
 def _delivered(session: Session, outdated: Collection[int], *, whole: bool) -> Iterator[tuple[Page, str]]:
-    """Yield the pages that are delivered, each with the leaf side at which its run of labels begins."""
+    """Yield the pages that are delivered, each with the start of its run of labels."""
     starts, run, number = {one.start for one in runs_of(session)}, "", 0
     done = set[int]()
     for leaf in leaves_of(session):
@@ -124,7 +124,7 @@ def scan_of(session: Session, page: Page) -> RangeScan | SurfaceMesh:
 
 
 def _events_of(page: SessionPage) -> Iterator[SessionEvent]:
-    """The current capture of a page, its corrections, and the current runs on it in their order."""
+    """Yield the current capture of a page, its corrections, and the current runs on it."""
     if page.capture is not None:
         yield page.capture
     if EDITS in page.decisions:
@@ -155,7 +155,7 @@ def _page(session: Session, leaf: Leaf, number: int, outdated: Collection[int]) 
 
 
 def _spine(session: Session, leaf: Leaf) -> tuple[tuple[float, float], ...]:
-    """Return the spine that a leaf was cut at, in pixels of the colour image; empty for a page."""
+    """Return the spine that a leaf was cut at, px of the image; empty for a page."""
     if leaf.part == PAGE:
         return ()
     layout = leaf.report.get("layout", {})

@@ -1,4 +1,4 @@
-"""Page labels of a PDF (ISO 32000-1, 12.4.2): ranges where labels count, else one for each page."""
+"""Make the page labels of a PDF (ISO 32000-1, 12.4.2): ranges where labels count."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _readings(first: int, label: str) -> Iterator[LabelRange]:
 
 
 def _length(one: LabelRange, labels: Sequence[str]) -> int:
-    """Return how many pages a range labels as they are; a label without a number is of one page."""
+    """Return how many pages a range labels as they are; one without a number."""
     count = 1
     while one.style and one.first + count < len(labels) and one.label(count) == labels[one.first + count]:
         count += 1

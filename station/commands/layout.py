@@ -1,4 +1,4 @@
-"""The command that finds the layout of a scan or of the pages of a session, and writes nothing."""
+"""The command that finds the layout of a scan or a session, and writes nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Describe the volume of a session: title, creators, language, shelfmark, rights and so on."""
+"""Describe the volume of a session: title, creators, language, rights and so on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Find the layout of the pages of a session: where the spines are, and what becomes of each page."""
+"""Find the layout of the pages of a session, and what becomes of each."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class PageLayout:
 
     finding  as of `LayoutFinding.as_json`; empty without one.
     by_hand  the layout that corrections set, `split` where they draw a spine; empty where they leave it open.
-    problem  why there is no finding.
+    problem  why it has no finding.
     """
 
     page: int
@@ -63,7 +63,7 @@ def _recorded(page: Page) -> Mapping[str, Any] | None:
 
 
 def _looked_for(session: Session, page: Page) -> tuple[Mapping[str, Any], str]:
-    """Return the layout of the scan of a page, and why there is none."""
+    """Return the layout of the scan of a page, and what prevents it."""
     assert page.capture is not None
     facts = page.capture.facts
     if is_set(facts):
