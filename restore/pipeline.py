@@ -23,6 +23,7 @@ from restore.photo import (
 )
 from restore.prepared.prepare import prepare
 from restore.prepared.prepared import Prepared
+from restore.prepared.separate import source_of
 from restore.report import describe, findings_of_page
 from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, RangeScan, ScannedSheet, SurfaceMesh
@@ -70,7 +71,7 @@ def restore(
     clock = Stopwatch(progress)
     with clock("prepare"):
         prepared = prepare(scan)
-        source = scan.scan if isinstance(scan, ScannedSheet) else scan
+        source = source_of(scan)
     unrolled = prepared.unroll(settings, clock, on_step)
     fine, dpi = unrolled.fine, settings.dpi
     registered: list[Registered] = []

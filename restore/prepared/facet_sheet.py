@@ -64,6 +64,15 @@ class FacetSheet(Prepared):
         unrolled = unroll(self.sheet, settings, clock, on_step)
         return rotated(unrolled if self.is_one_shot else upright_as_textured(unrolled), self.rotate_deg)
 
+    @property
+    def on_grid(self) -> Sheet:
+        """The sheet itself."""
+        return self.sheet
+
+    def with_noise(self) -> Sheet | str:
+        """Return the sheet of a scanner's own image, or why there is none."""
+        return self.sheet if self.is_one_shot else super().with_noise()
+
     def on_own_grid(self, rays: Rays, mask: Mask) -> Mask:
         """Return a mask on the sheet's grid, (rows, cols).
 
