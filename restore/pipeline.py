@@ -36,7 +36,7 @@ from restore.texture.inpaint import blank_hidden, inpaint_hidden
 from restore.texture.occlusion import mirror_findings
 from restore.texture.page import Painting
 from restore.uncertainty.calibration import describe_calibration, size_interval
-from restore.uncertainty.estimate import estimate_uncertainty
+from restore.uncertainty.estimate import Uncertainty, estimate_uncertainty
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
 
@@ -99,17 +99,11 @@ def restore(
     report |= {"coverage": coverage.described(), "source": dict(source.provenance), "seconds": clock.seconds}
     report |= {"photos": photo_report} if photos else {}
     report |= leaf_fields(report)
-    uncertainty, sides_mm = None, None
+    uncertainty: Uncertainty | str | None = None
     if settings.uncertainty:
         with clock("uncertainty"):
-            found_uncertainty = estimate_uncertainty(prepared, unrolled, source)
-        if isinstance(found_uncertainty, str):
-            report["uncertainty_mm"] = {"reason": found_uncertainty}
-        else:
-            uncertainty = found_uncertainty.on_page(coverage.mask.shape, coverage.mask)
-            report["uncertainty_mm"], sides_mm = found_uncertainty.described(), found_uncertainty.sides.tolist()
-    report["calibration"] = describe_calibration(source.provenance)
-    report["size_mm_ci95"] = size_interval(report["calibration"], report["page_mm"], sides_mm)
+            uncertainty = estimate_uncertainty(prepared, unrolled, source)
+    report |= uncertainty_fields(source.provenance, report["page_mm"], uncertainty)
     report["findings"] = [one.as_json() for one in found]
     return RestoredPage(
         image,
@@ -123,8 +117,26 @@ def restore(
         coverage.seen,
         painting.page_source,
         findings=tuple(found),
-        uncertainty=uncertainty,
+        uncertainty=uncertainty.on_page(coverage.mask) if isinstance(uncertainty, Uncertainty) else None,
     )
+
+
+def uncertainty_fields(
+    provenance: Mapping[str, Any], page_mm: Sequence[float], uncertainty: Uncertainty | str | None
+) -> dict[str, Any]:
+    """Return the fields of the report on calibration, size interval and uncertainty, mm.
+
+    uncertainty: None where it was not asked for, or why it cannot be estimated.
+    """
+    calibration = describe_calibration(provenance)
+    sides_mm: list[float] | None = None
+    estimated: dict[str, Any] = {}
+    if isinstance(uncertainty, str):
+        estimated = {"uncertainty_mm": {"reason": uncertainty}}
+    elif uncertainty is not None:
+        sides_mm, estimated = uncertainty.sides.tolist(), {"uncertainty_mm": uncertainty.described()}
+    interval = size_interval(calibration, page_mm, sides_mm)
+    return {**estimated, "calibration": calibration, "size_mm_ci95": interval}
 
 
 def leaf_fields(report: Mapping[str, Any]) -> dict[str, Any]:

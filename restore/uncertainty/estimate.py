@@ -45,11 +45,11 @@ class Uncertainty:
         """Return both together, (h, w) mm."""
         return np.hypot(self.noise, self.method)
 
-    def on_page(self, shape: tuple[int, ...], page: Mask) -> NDArray[np.float32]:
-        """Return the total (h, w) float32 mm on the pixels of a page, NaN off the mask."""
+    def on_page(self, page: Mask) -> NDArray[np.float32]:
+        """Return the total (h, w) float32 mm on the pixels of a page (h, w), NaN off it."""
         total = self.total
         filled = np.where(np.isfinite(total), total, _nearest(total)).astype(np.float32)
-        picture = cv2.resize(filled, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
+        picture = cv2.resize(filled, page.shape[::-1], interpolation=cv2.INTER_LINEAR)
         return np.where(page, picture, np.float32(np.nan))
 
     def described(self) -> dict[str, float]:
