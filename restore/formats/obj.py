@@ -60,8 +60,8 @@ def read_obj(path: Path, texture: Bytes | None = None) -> PaintedMesh:
     pictures, of_faces, notes = list[Bytes](), np.zeros(len(faces), np.int64), list[Finding]()
     if not bare.all() and texture is None:
         pictures, of_faces, notes = _pictures(path, data, text)
-        if not pictures and colours is None and (beside := adjacent_picture(path)) is not None:
-            pictures = [beside]
+        if not pictures and colours is None and (adjacent := adjacent_picture(path)) is not None:
+            pictures = [adjacent]
     elif texture is not None:
         pictures = [texture]
     kept, findings = kept_faces(bare, pictured=bool(pictures))

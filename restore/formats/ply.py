@@ -136,8 +136,8 @@ def _colours_of_faces(content: PlyData, count: int) -> Bytes | None:
     vertex, spread = corners.values.astype(np.int64), np.repeat(colours, corners.sizes, axis=0).astype(np.float64)
     if vertex.min() < 0 or vertex.max() >= count:
         return None
-    share = 1.0 / np.maximum(np.bincount(vertex, minlength=count), 1)
-    means = [np.bincount(vertex, channel, count) * share for channel in spread.T]
+    fraction = 1.0 / np.maximum(np.bincount(vertex, minlength=count), 1)
+    means = [np.bincount(vertex, channel, count) * fraction for channel in spread.T]
     return np.rint(np.stack(means, axis=1)).astype(np.uint8)
 
 

@@ -107,8 +107,8 @@ def play_round(
     rms = float(np.sqrt(np.median(squared)))
     agree = np.sqrt(squared) < OUTLIER_SIGMAS * rms
     if plan not in ROUNDS[1:]:  # a coarse patch may lie on the table, and any where a margin is not as it was prolonged
-        share, _ = masks.votes(adjusted.cameras, adjusted.points[: len(used)], patches.normals[used], found[:, used])
-        agree &= share > MAJORITY
+        fraction, _ = masks.votes(adjusted.cameras, adjusted.points[: len(used)], patches.normals[used], found[:, used])
+        agree &= fraction > MAJORITY
     model.cameras, model.points = adjusted.cameras, adjusted.points[: len(used)][agree]
     surface = surface.moved(model.set_frame(model.points))
     feet = surface.feet(model.points, places[used[agree]])

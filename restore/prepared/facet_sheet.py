@@ -70,7 +70,7 @@ class FacetSheet(Prepared):
         return self.sheet
 
     def with_noise(self) -> Sheet | str:
-        """Return the sheet of a scanner's own image, or why there is none."""
+        """Return the sheet of a scanner's own image, or why it is missing."""
         return self.sheet if self.is_one_shot else super().with_noise()
 
     def on_own_grid(self, rays: Rays, mask: Mask) -> Mask:
@@ -98,8 +98,8 @@ class FacetSheet(Prepared):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Where its border may go on, unseen."""
-        shares = {name: getattr(self.sheet, name) for name in BORDERS}
-        return tuple(Finding.of(name, share) for name, share in shares.items() if share > BORDERS[name])
+        fractions = {name: getattr(self.sheet, name) for name in BORDERS}
+        return tuple(Finding.of(name, fraction) for name, fraction in fractions.items() if fraction > BORDERS[name])
 
     def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
         """Return the normal (h, w, 3) of the nearest facet.

@@ -51,7 +51,7 @@ class LeafSheet(FacetSheet):
         return rotated(page, self.rotate_deg)
 
     def with_noise(self) -> Sheet | str:
-        """Return why there is none: the line of the spine has errors that are not estimated."""
+        """Return the reason: the line of the spine has errors that are not estimated."""
         return A_LEAF if self.is_one_shot else super().with_noise()
 
     @property

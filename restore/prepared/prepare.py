@@ -142,4 +142,7 @@ PREPARERS: Mapping[type, Callable[[Any], Prepared]] = {
     InterpolatedMesh: of_interpolated,
     GridMesh: OrderedGrid,
 }
-"""Kind of scan → what prepares it; a kind that is not listed is prepared as the nearest that it derives from."""
+"""Kind of scan → what prepares it.
+
+A kind that is not listed is prepared as the nearest that it derives from.
+"""

@@ -71,7 +71,7 @@ class Prepared(ABC):
         return None
 
     def with_noise(self) -> Sheet | str:
-        """Return the sheet whose single rays have noise, or why there is none."""
+        """Return the sheet whose single rays have noise, or why it is missing."""
         return NO_NOISE
 
     @property

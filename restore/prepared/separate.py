@@ -105,7 +105,7 @@ def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
 
 
 def find_sheets(scan: RangeScan | SurfaceMesh | ScannedSheet) -> list[SeparateSheet]:
-    """Return the sheets of a scan as `separate_sheets` does, or the sheet that was given, alone."""
+    """Return the sheets of a scan, or the sheet that was given, alone."""
     if isinstance(scan, SeparateSheet):
         return [scan]
     if isinstance(scan, SurfaceMesh):
