@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import sys
+from multiprocessing import resource_tracker
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,9 @@ from restore import SurfaceMesh
 from restore.formats import write_obj
 from station.cli import main
 from station.session import read_session
+
+# The process that Python keeps next to spawned ones for as long as it runs: it is no leak of the first test.
+resource_tracker.ensure_running()
 
 ROOT = Path(__file__).parents[1]
 README, FIRST_PAGE, FIRST_VOLUME = (
