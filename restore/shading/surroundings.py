@@ -57,7 +57,7 @@ class Surroundings:
     patches: Places
     fractions: csr_matrix
 
-    def shares_at(self, places: Places) -> csr_matrix:
+    def fractions_at(self, places: Places) -> csr_matrix:
         """Return how much of the view of places each patch fills, (n, p).
 
         That of the nearest node, as it varies slowly.
