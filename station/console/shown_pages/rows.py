@@ -50,6 +50,7 @@ def detail_of(session: Session, row: Row) -> dict[str, Any]:
     return {
         **row,
         "checks": [finding_of(one) for one in findings],
+        "notes": [] if judged is None else list(judged.facts["result"].get("notes", [])),
         "report": {**result, "measures": measures} if restored else {},
         "page_mm": result.get("page_mm"),
         "dpi": result.get("dpi"),
