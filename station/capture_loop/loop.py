@@ -267,7 +267,7 @@ class CaptureLoop:
     def _judge(self, restored: Event) -> None:
         event = record_verdict(self.writer, restored)
         result = event.facts["result"]
-        new = [line for line in note_lines(result) if line not in self._noted]  # once a sitting, not with every page
+        new = [line for line in note_lines(result) if line not in self._noted]  # not with every page
         self._noted.update(new)
         for line in (*verdict_lines(self._name(event.page), result), *new):
             self.show(Line(line, "verdict", event.page))

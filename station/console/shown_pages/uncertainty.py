@@ -19,12 +19,15 @@ COLOURS = 256  # between the ends of the scale
 
 
 def uncertainty_pyramid(session: Session, event: Event, prefix: str = "") -> StoredPyramid:
-    """The uncertainty of a page or leaf of a restoration. Raises ConsoleFault, BadInput, OSError."""
+    """Draw the uncertainty of a page or leaf of a restoration.
+
+    Raises ConsoleFault, BadInput, OSError.
+    """
     return build_pyramid(draw_uncertainty(_values(session, event, prefix)))
 
 
 def uncertainty_scale(session: Session, event: Event, prefix: str = "") -> dict[str, Any]:
-    """Return the colours of the uncertainty, the end of their scale, and the figures of the report, mm."""
+    """Return the scale of the uncertainty: its colours, its end, the report's figures, mm."""
     result = event.facts["result"]
     report = parts_of(result).get(prefix.removesuffix(".") or PAGE, result)
     return {
@@ -36,7 +39,10 @@ def uncertainty_scale(session: Session, event: Event, prefix: str = "") -> dict[
 
 
 def draw_uncertainty(values: Floats) -> Bytes:
-    """Draw standard deviations (h, w) mm as a picture (h, w, 4), transparent where they are NaN."""
+    """Draw standard deviations (h, w) mm as a picture (h, w, 4).
+
+    Transparent where they are NaN.
+    """
     anchors = np.linspace(0.0, COLOURS - 1.0, len(UNSIGNED))
     channels = [np.interp(np.arange(COLOURS), anchors, channel) for channel in UNSIGNED.T]
     table = np.column_stack([*channels, np.full(COLOURS, OPACITY)]).astype(np.uint8)
