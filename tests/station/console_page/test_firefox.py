@@ -12,7 +12,7 @@ from oracles.console.process import Console
 from station.console.vendored import missing_files
 from station.session import read_session
 from station.session.verify import verify
-from tests.station.console_page.test_served import console
+from tests.station.console_page.test_served import LONG_SHOT_S, console
 
 __all__ = ["console"]
 
@@ -47,7 +47,7 @@ def show(browser: Firefox, screen: str, sign: str) -> None:
 
 @pytest.mark.slow
 def test_the_smoke_path(browser: Firefox, console: Console) -> None:
-    browser.go(console.start())
+    browser.go(console.start(LONG_SHOT_S))
     browser.wait_for("document.documentElement.dataset.ready")
     browser.evaluate("window.faults = []; addEventListener('error', (event) => faults.push(event.message)); null")
     assert browser.evaluate(NEW_SESSION) == "open"

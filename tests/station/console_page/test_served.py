@@ -27,6 +27,14 @@ WAIT_MS = 120_000  # for a restoration, on a machine with many at work: the firs
 LONG_SHOT_S = "3"  # that the laser is on: time to pull a cable, on a machine with many at work
 ASLEEP = ("server asleep", "browser asleep")
 ASLEEP_S = 6.0  # longer than the page takes as a hitch
+# A busy browser may draw nothing while the laser is on: its changes are listed all the same.
+WATCH_LASER = """() => {
+  const laser = document.querySelector(".laser");
+  window.lit = false;
+  new MutationObserver((changes) => {
+    window.lit ||= laser.dataset.laser === "on" || changes.some((one) => one.oldValue === "on");
+  }).observe(laser, { attributeFilter: ["data-laser"], attributeOldValue: true });
+}"""
 # The picture of the first shot is drawn, and the page says what becomes of it.
 WAITING = """() => {
   const [picture, note] = [".shot-link img", ".shot-waiting"].map((one) => document.querySelector(one));
@@ -54,8 +62,9 @@ def shoot(page: Page, number: int, key: str = " ") -> None:
     """Shoot, and wait until the page is stored."""
     before = page.locator(f"#strip-{number}").count()
     page.locator("[data-action=capture]:not([aria-disabled])").wait_for()
+    page.evaluate(WATCH_LASER)
     page.keyboard.press(key)
-    page.wait_for_selector("[data-laser=on]")
+    page.wait_for_function("() => window.lit")
     page.wait_for_selector("[data-laser=off]", timeout=WAIT_MS)
     if not before:
         page.wait_for_selector(f"#strip-{number}", timeout=WAIT_MS)
