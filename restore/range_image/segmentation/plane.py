@@ -74,9 +74,9 @@ def fit_table_plane(scan: RangeScan, inverse_depth: Floats, band: Mask, apart: i
 
 
 def refitted(plane: TablePlane, samples: Mask) -> TablePlane:
-    """Fit a plane, or one that is bowed a little, again to the samples (rows, cols) of its table.
+    """Fit a surface bowed a little to the samples (rows, cols) of a table.
 
-    The plane itself where the samples do not determine another, or are bowed too much for a table.
+    Returns the plane itself where they do not determine another, or are bowed too much for a table.
     """
     row, col = (part[::EVERYWHERE] for part in np.nonzero(samples))
     rows, cols = plane.height.shape

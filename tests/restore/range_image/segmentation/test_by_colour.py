@@ -55,7 +55,7 @@ def test_cloth_in_wrinkles_is_a_table(camera, page, rms_mm):
 
 
 def test_a_table_that_is_bowed_by_more_than_its_border_shows_is_found_whole(camera, page):
-    """By twice the tolerance, as in a scan by the manual's figures; ink of its colour on a page is not of it."""
+    """By twice the tolerance; ink of its colour on a page is not of it."""
     across = np.linspace(-1.0, 1.0, camera.shape[1])
     bowed = np.broadcast_to(2.0 * TOLERANCE * (1.0 - across**2), camera.shape)
     noise = np.random.default_rng(4).normal(0.0, TOLERANCE / 4.0, camera.shape)
