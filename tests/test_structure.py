@@ -64,17 +64,31 @@ def defined_names(path: Path) -> frozenset[str]:
     return frozenset(node.name for node in body if isinstance(node, ast.FunctionDef | ast.ClassDef))
 
 
+@cache
+def imported_by_tests() -> dict[str, set[str]]:
+    """Module or package → the names that tests import from it."""
+    found: dict[str, set[str]] = {}
+    for test in TESTS.rglob("test_*.py"):
+        for source, name in imports(test):
+            found.setdefault(source, set()).add(name)
+    return found
+
+
+@cache
+def names_of_tests() -> frozenset[str]:
+    return frozenset(test.stem for test in TESTS.rglob("test_*.py"))
+
+
 def is_tested(module: str) -> bool:
     """Whether a test has the module's name, imports it, or imports a name of it through the door of its package."""
-    path = modules()[module]
-    for test in TESTS.rglob("test_*.py"):
-        if test.stem == f"test_{path.stem}":
-            return True
-        for source, name in imports(test):
-            through_door = module.startswith(f"{source}.") and name in defined_names(path)
-            if module in (source, f"{source}.{name}") or through_door:
-                return True
-    return False
+    path, imported = modules()[module], imported_by_tests()
+    if f"test_{path.stem}" in names_of_tests() or module in imported:
+        return True
+    parts = module.split(".")
+    if parts[-1] in imported.get(".".join(parts[:-1]), ()):
+        return True
+    doors = (imported.get(".".join(parts[:end]), set()) for end in range(1, len(parts)))
+    return any(door & defined_names(path) for door in doors)
 
 
 def test_every_module_has_a_test():
