@@ -103,7 +103,7 @@ def test_the_first_page(folder):
 
 NUMBER = re.compile(
     r"\d+(\.\d+)?"
-)  # what a page measures may change with the methods; the words are those of the screen
+)  # what is measured may change with the methods; the words are exact
 KEYS = {"space": " ", "enter": "\n", "n": "nleaf torn\n"}  # as they are typed; any other is itself
 
 
