@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from restore import PageEdits
 
 PARTS_OF = {"whole": ("page",), "left": ("left",), "right": ("right",), "split": ("left", "right")}
+POINTS = ("spine", "outline", "remove", "keep")
 ALL = ("page", "left", "right")  # where the layout is not known before the scan is read
 
 
@@ -25,7 +26,10 @@ class ByHand:
 
     spine: Annotated[
         str | None,
-        typer.Option(metavar="X,Y:X,Y…", help="Split at this line, from head to tail, in pixels of the source image."),
+        typer.Option(
+            metavar="X,Y:X,Y…",
+            help="Split here, head to tail: pixels of the source image, or mm of the last --map result: X,Y:X,Ymm.",
+        ),
     ] = None
     outline: Annotated[
         str | None, typer.Option(metavar="X,Y:X,Y:X,Y…", help="Edge of the paper, in pixels of the source image.")
@@ -60,10 +64,11 @@ class ByHand:
                     (f"--{item.name}", name, str(one)) for one in (value if isinstance(value, list) else [value])
                 )
 
-    def over(self, edits: PageEdits | None, layout: Layout) -> PageEdits | None:
+    def over(self, edits: PageEdits | None, layout: Layout, last_map: Path) -> PageEdits | None:
         """Return corrections of a file with the options in place of their fields.
 
-        layout: of the command. Raises UsageError that names the option.
+        layout: of the command. last_map: file of the map of the last result, for points in mm.
+        Raises UsageError that names the option, BadInput for mm without a map or off the paper.
         """
         from restore import BadInput
         from station.session.fields import changed
@@ -85,8 +90,22 @@ class ByHand:
             if not value.strip():
                 raise UsageError(f"{option} is empty", f"give it a value, or leave {option} out")
             try:
-                table = changed(table, [f"{name}={value}"], parts)
+                table = changed(table, [f"{name}={_in_pixels(name, value, last_map)}"], parts)
             except BadInput as error:
                 reason = str(error).removeprefix(f"{name}: ").removeprefix("the corrections: ")
                 raise UsageError(f"{option}: {reason}", error.hint) from error
         return edits_of({**table, "by": {"tool": "cli"}})
+
+
+def _in_pixels(name: str, value: str, last_map: Path) -> str:
+    """Return points in mm of the last result as pixels; all else as it is.
+
+    Raises BadInput without a map, or off the paper.
+    """
+    if name not in POINTS or not value.rstrip().endswith("mm"):
+        return value
+    from station.run.result_map import pixels_of
+    from station.session.fields import parse_points
+
+    points = pixels_of(parse_points(name, value.rstrip().removesuffix("mm")), last_map)
+    return ":".join(f"{x:g},{y:g}" for x, y in points)
