@@ -69,7 +69,7 @@ class FlatMesh(SurfaceMesh):
 
 
 IMAGES = ("image", "mask", "page_map", "master", "coverage", "page_source", "uncertainty", "uncropped")
-"""The fields of a `RestoredPage` that are arrays (h, w, …) over its pixels; `uncropped` has more of them."""
+"""The fields of a `RestoredPage` that are arrays (h, w, …) over its pixels."""
 
 
 @given_later("page_map")

@@ -48,7 +48,7 @@ ERASE = "\b\x7f"  # what terminals send for backspace
 
 @dataclass(frozen=True)
 class Carried:
-    """The corrections of an earlier scan as they fit a later one, or why they could not be found."""
+    """The corrections of an earlier scan as they fit a later one, when they are found."""
 
     capture: Event
     future: Future[Mapping[str, Any]]

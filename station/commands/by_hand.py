@@ -89,23 +89,29 @@ class ByHand:
         for option, name, value in given:
             if not value.strip():
                 raise UsageError(f"{option} is empty", f"give it a value, or leave {option} out")
+            value = _in_pixels(option, name, value, last_map)
             try:
-                table = changed(table, [f"{name}={_in_pixels(name, value, last_map)}"], parts)
+                table = changed(table, [f"{name}={value}"], parts)
             except BadInput as error:
                 reason = str(error).removeprefix(f"{name}: ").removeprefix("the corrections: ")
                 raise UsageError(f"{option}: {reason}", error.hint) from error
         return edits_of({**table, "by": {"tool": "cli"}})
 
 
-def _in_pixels(name: str, value: str, last_map: Path) -> str:
+def _in_pixels(option: str, name: str, value: str, last_map: Path) -> str:
     """Return points in mm of the last result as pixels; all else as it is.
 
-    Raises BadInput without a map, or off the paper.
+    Raises UsageError for a text that cannot be read, BadInput without a map, or off the paper.
     """
     if name not in POINTS or not value.rstrip().endswith("mm"):
         return value
+    from restore import BadInput
     from station.run.result_map import pixels_of
     from station.session.fields import parse_points
 
-    points = pixels_of(parse_points(name, value.rstrip().removesuffix("mm")), last_map)
+    try:
+        places = parse_points(name, value.rstrip().removesuffix("mm"))
+    except BadInput as error:
+        raise UsageError(f"{option}: {value!r} cannot be read", error.hint) from error
+    points = pixels_of(places, last_map)
     return ":".join(f"{x:g},{y:g}" for x, y in points)

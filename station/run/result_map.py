@@ -16,10 +16,10 @@ HINT = "restore the scan once with --map, as one page, into the same folder; or 
 
 
 def pixels_of(points_mm: Sequence[Sequence[float]], path: Path) -> list[list[float]]:
-    """Return points (x, y) of a result, mm from its upper left corner, as pixels of the source image.
+    """Return points (x, y) mm of a result as pixels of the source image.
 
-    path: of the map that `--map` wrote with the result. Raises BadInput without a map, for one of photographs, and for
-    a point off the paper.
+    They are from its upper left corner. path: of the map that `--map` wrote with the result.
+    Raises BadInput without a map, for one of photographs, and for a point off the paper.
     """
     source, dpi = read_map(path)
     found = []
@@ -53,7 +53,7 @@ def read_map(path: Path) -> tuple[Floats, float]:
 
 
 def _nearest(source: Floats, at: Floats, reach: float) -> tuple[int, int] | None:
-    """Return row and column of the nearest pixel of paper to a place (2,) px, None out of reach."""
+    """Return row and column of the paper nearest to a place (2,) px, None far off."""
     low = np.maximum(np.floor(at - reach).astype(int), 0)
     high = np.maximum(np.ceil(at + reach).astype(int) + 1, 0)
     rows, cols = np.nonzero(np.isfinite(source[low[0] : high[0], low[1] : high[1], 0]))

@@ -105,6 +105,7 @@ def test_options_win_over_the_file_field_by_field():
         (["--angle", "90"], 2, "--angle: "),
         (["--angle", "nan"], 2, "--angle: "),
         (["--outline", "1,1:9,1:9,9mm"], 3, "book-map.tif does not exist"),
+        (["--spine", "1,1:xmm"], 2, "--spine: '1,1:xmm' cannot be read"),
         (["--overlap", "11"], 2, "--overlap: "),
         (["--save-edits", "saved.json"], 2, "has no corrections"),
         (["--outline", "0,0:60,60:60,0:0,60"], 3, "crosses itself"),
