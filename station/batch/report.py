@@ -18,7 +18,7 @@ from PIL import Image
 from restore import BadInput
 from restore.formats import read_image
 from station.batch.outcomes import FIGURES, PageOutcome, Ranked, worst_first
-from station.verdict.judge import LEVELS
+from station.verdict.checks import LEVELS
 
 PICTURE_PX, QUALITY = 320, 80  # the longer side, and of JPEG: some 15 kB a page
 MAX_PICTURES = 500  # 8 MB: opens from a network share at once; those that need a look come first
@@ -61,7 +61,7 @@ def encode_report(pages: Sequence[PageOutcome], *, title: str, now: datetime) ->
 <h1>{escape(title)}</h1>
 <p>{escape(now.isoformat(" ", "minutes"))} · {counts["restored"]} restored, {counts["set aside"]} set aside,
 {counts["missing"]} not done{levels} · {seconds / 3600:.1f} processor hours. The worst pages come first:
-by their verdict, then by the figure that is bold.</p>
+by their verdict, then by the figure that is bold. ±: half of the 95 % interval of the size.</p>
 <table><thead><tr><th scope="col">page</th><th scope="col" class="name">scan</th>{heads}
 <th scope="col">mm</th><th scope="col">seconds</th></tr></thead>
 <tbody>
@@ -75,13 +75,14 @@ def _rows(ranked: Sequence[Ranked]) -> Iterator[str]:
         page = one.page
         picture = _picture(page.picture) if page.picture is not None and number < MAX_PICTURES else ""
         notes = "".join(f"<li>{escape(note)}</li>" for note in page.notes)
-        told = page.level if page.state == "restored" else page.state
-        state = f"<br><b class='{page.level}'>{escape(told)}</b>" if told else ""
+        state_text = page.level if page.state == "restored" else page.state
+        state = f"<br><b class='{page.level}'>{escape(state_text)}</b>" if state_text else ""
         figures = "".join(
             f"<td{WORST if figure.name == one.by else ''}>{_value(page, figure.name, figure.text)}</td>"
             for figure in FIGURES
         )
         size = "" if page.size_mm is None else f"{page.size_mm[0]:.1f} × {page.size_mm[1]:.1f}"
+        size += f"<br>± {page.ci95_mm:.1f}" if page.ci95_mm is not None else ""
         row = " class='aside'" if page.state != "restored" else ""
         yield (
             f"<tr{row}><td>{picture}</td><td class='name'>{escape(page.name)}{state}"

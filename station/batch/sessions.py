@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from restore.runtime import LibraryMissing
-from station.batch.outcomes import PageOutcome, concerns, figures_of, texts_of
+from station.batch.outcomes import PageOutcome, ci95_of, concerns, figures_of, texts_of
 from station.batch.progress import Done, Event, Pace, Show
 from station.batch.run_tasks import run
 from station.errors import StationError, explain
@@ -24,15 +24,15 @@ from station.run.options import AUTO, RunOptions
 from station.run.peak_memory import peak_memory_mib
 from station.session import Event as SessionEvent
 from station.session import Session, Writer, record_run, scan_path
+from station.session.checking import lacks_verdict, record_verdict
 from station.session.correcting import show_fitting
 from station.session.corrections import inputs_of, needs_restoration, parameters_of, rules_of
 from station.session.current_preset import preset_of
-from station.session.judging import lacks_verdict, record_verdict
 from station.session.leaves import Leaf, leaves_of
 from station.session.parts import RESTORE, errors_of, file_of, measured_parts
 from station.session.presets import Preset
 from station.session.stages import Run, run_restore
-from station.verdict.judge import worst
+from station.verdict.checks import worst
 from station.workers.executors import Workers
 from station.workers.process import MAX_ATTEMPTS, Work
 
@@ -200,4 +200,5 @@ def _outcome(session: Session, leaf: Leaf) -> PageOutcome:
         (size[0], size[1]),
         float(seconds.get("total", 0.0)) if isinstance(seconds, dict) else 0.0,
         worst([check["level"] for check in leaf.checks]) if leaf.is_checked else "",
+        ci95_of(report),
     )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 
+from tests.station.console_page.conftest import until
+
 EDITS = "**/api/pages/7/edits"
 
 
@@ -45,6 +47,7 @@ def test_a_second_enter_during_a_save_saves_nothing(show, canned):
     with page.expect_request(EDITS):
         page.keyboard.press("Enter")
     page.keyboard.press("Enter")
+    until(page, lambda: held)
     page.wait_for_timeout(100)  # a request that should not come has no event to wait for
     assert len(held) == 1
     held[0].fallback()

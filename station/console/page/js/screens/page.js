@@ -81,7 +81,7 @@ class PageScreen {
     this.row = row;
     this.details = found;
     this.leaf = this.leaves.of(found);
-    this.lights.show(row, found?.checks);
+    this.lights.show(row, found?.checks, found?.notes);
     this.more.replaceChildren(...(found ? [...history(found, this.leaf)] : []));
     await this.use(this.tool);
   }
