@@ -9,7 +9,6 @@ import pytest
 
 from station.archive.mets import encode_mets
 from station.archive.mods import encode_mods
-from station.archive.volume import Volume
 from station.session.about import About, Identifier
 from station.session.about_files import read_about
 from tests.station.archive.conftest import NOW
@@ -36,11 +35,10 @@ def test_a_description_comes_back(about, tmp_path):
     assert read_about(tmp_path / "mods.xml") == about
 
 
-def test_mets_holds_it_next_to_dublin_core(tmp_path):
-    volume = Volume("id", "A book", (), (), NOW, about=ABOUT)
-    data = encode_mets(volume, {}, now=NOW)
+def test_mets_holds_it_next_to_dublin_core(volume, tmp_path):
+    data = encode_mets(replace(volume, about=ABOUT), {}, now=NOW)
     wanted = ("mets-1-12-1.xsd", "premis-v2-3.xsd", "mix20.xsd")
     assert violations(schema(*wanted), data) == []
     (tmp_path / "mets.xml").write_bytes(data)
     assert read_about(tmp_path / "mets.xml") == ABOUT
-    assert b"MODS" not in encode_mets(replace(volume, about=About()), {}, now=NOW)
+    assert b"MODS" not in encode_mets(volume, {}, now=NOW)
