@@ -60,16 +60,18 @@ def detail(of: Values, size: tuple[int, int]) -> Values:
     layers = ["page", "master", "strain", "coverage", "original"]
     own = [layer for layer in layers if layer != "original"]
     parts = [part["part"] for part in of.get("parts", ())] or ["page"]
+    leaves = [
+        {
+            **{"part": part, "prefix": f"{part}." if len(parts) > 1 else "", "failed": None},
+            **{"page_mm": list(SHEET_MM), "page_px": list(size), "dpi": DPI, "layers": own},
+        }
+        for part in parts
+    ]
     event = {"number": 1, "kind": "capture", "name": "capture", "time": TIME, "software": "planish"}
     return {
         **of,
-        "leaves": [
-            {
-                **{"part": part, "prefix": f"{part}." if len(parts) > 1 else "", "failed": None},
-                **{"page_mm": list(SHEET_MM), "page_px": list(size), "dpi": DPI, "layers": own},
-            }
-            for part in parts
-        ],
+        "leaves": leaves,
+        "before": {"event": of["restore"] - 1, "leaves": leaves} if of["restore"] else None,
         **{"checks": findings, "report": {}, "page_mm": list(SHEET_MM), "page_px": list(size), "dpi": DPI},
         **{"layers": layers, "models": ["scan", "mesh", "steps"], "words": True},
         "shots": [{"capture": of["capture"], "time": TIME, "current": True, "size_bytes": 10**6}],

@@ -55,6 +55,7 @@ def detail_of(session: Session, row: Row) -> dict[str, Any]:
         "dpi": result.get("dpi"),
         "page_px": _pixels(session, restored, PAGE),
         "leaves": list(_leaves(session, restored)),
+        "before": _before(session, restored),
         "layers": layers_of(restored, page.capture),
         "models": models_of(restored, page.capture),
         "words": restored is not None and ALTO in restored.files,
@@ -174,6 +175,15 @@ def _leaves(session: Session, restored: Event | None) -> Iterator[dict[str, Any]
             "layers": [layer.removeprefix(prefix) for layer in leaf_layers(restored, prefix)],
             "failed": {"text": report["error"], "hint": report.get("hint", "")} if "error" in report else None,
         }
+
+
+def _before(session: Session, restored: Event | None) -> dict[str, Any] | None:
+    """Return the restoration of the same scan made last of all others, with its parts."""
+    others = [] if restored is None else [one for one in session.history.events if one.slot == restored.slot]
+    earlier = [one for one in others if one.kind == "stage" and restored and one.number != restored.number]
+    if not earlier or "error" in earlier[-1].facts["result"]:
+        return None
+    return {"event": earlier[-1].number, "leaves": list(_leaves(session, earlier[-1]))}
 
 
 def _pixels(session: Session, restored: Event | None, name: str) -> list[int] | None:

@@ -22,7 +22,9 @@ TOOLS = {  # and what shows that it is there
     "ruler": ".crosshair",
     "words": ".words text",
     "model": ".model-told:not(:empty)",
-    "spine": ".layout-tool p:not(:empty)",
+    "spine": ".spine-tool p:not(:empty)",
+    "turn": ".turn-grid",
+    "light": ".light-tool li",
 }
 ERROR = {"text": "the scanner does not answer.", "hint": "Switch it on.", "kinds": ["transport_error"]}
 RECOVERY = {"completed": True, "resumed": [9, 10], "left": 1, "problem": None}

@@ -103,13 +103,22 @@ export class PageViewer {
 
   /** Screen px for one pixel of the page. */
   get scale() {
-    return this.toScreen(1000, 0).minus(this.toScreen(0, 0)).x / 1000;
+    return this.toScreen(1000, 0).distanceTo(this.toScreen(0, 0)) / 1000;
+  }
+
+  /** Turn what is shown by degrees clockwise; by a quarter or more it is fitted in again. */
+  turn(degrees) {
+    const before = this.viewer.viewport.getRotation();
+    if (Math.abs(before - degrees) < 1e-6) return;
+    this.viewer.viewport.setRotation(degrees, true);
+    if (Math.abs(before - degrees) >= 45) this.fit(true);
+    this.moved();
   }
 
   moved() {
     if (!this.page || !this.viewer.world.getItemCount()) return;
     const { x, y } = this.toScreen(0, 0);
-    this.over.setAttribute("transform", `translate(${x} ${y}) scale(${this.scale})`);
+    this.over.setAttribute("transform", `translate(${x} ${y}) rotate(${this.viewer.viewport.getRotation()}) scale(${this.scale})`);
     this.drawScale();
     for (const act of this.listeners) act();
   }
@@ -131,8 +140,12 @@ export class PageViewer {
 
   /** Show the whole page, with a margin. */
   fit(immediately = false) {
+    if (!this.viewer) return;
     const [width, height] = [1, this.page.height / this.page.width];
-    this.viewer?.viewport.fitBounds(new this.osd.Rect(-MARGIN, -MARGIN, width + 2 * MARGIN, height + 2 * MARGIN), immediately);
+    const angle = (this.viewer.viewport.getRotation() * Math.PI) / 180;
+    const [cos, sin] = [Math.abs(Math.cos(angle)), Math.abs(Math.sin(angle))];
+    const [across, down] = [width * cos + height * sin + 2 * MARGIN, width * sin + height * cos + 2 * MARGIN];
+    this.viewer.viewport.fitBounds(new this.osd.Rect((width - across) / 2, (height - down) / 2, across, down), immediately);
   }
 
   pixels() {
