@@ -23,7 +23,7 @@ from station.session.index import level_of, state_of
 from station.session.leaves import Leaf, label_of, leaves_by_page
 from station.session.parts import RESTORE, VERDICT, errors_of, parts_of
 from station.session.stages import PAGE
-from station.verdict.judge import LEVELS
+from station.verdict.judge import LEVELS, OPERATOR_CHECKS
 
 Row = dict[str, Any]
 ALTO = "page-alto.xml"
@@ -123,12 +123,21 @@ def _row(parts: Sequence[Leaf], position: int, outdated: Collection[int], restor
         "marked": bool(page.decided("mark", False)),
         "note": str(page.decided("note", "")),
         "level": level_of(page),
+        "asks": [] if page.decided("accept", False) is True else _asks(page),
         "rank": round(rank_of(page), 3),
         "capture": page.capture.number,
         "restore": None if restored is None or failed else restored.number,
         "captured": page.capture.time,
         "busy": page.number in restoring,
     }
+
+
+def _asks(page: Page) -> list[dict[str, str]]:
+    """Return the checks that the operator has to answer by a correction, each with its part."""
+    judged = page.runs.get(VERDICT)
+    checks = [] if judged is None else judged.facts["result"]["checks"]
+    asked = [one for one in checks if one["name"] in OPERATOR_CHECKS and one["level"] != "green"]
+    return [{"name": one["name"], "part": one.get("part", "")} for one in asked]
 
 
 def _order(page: Page) -> float:

@@ -110,6 +110,20 @@ def test_axe_finds_nothing_on_a_page_with_any_tool(show, canned, axe, look):
         assert violations(page, axe) == [], tool
 
 
+def test_axe_finds_nothing_on_a_draft_and_on_the_choice_of_its_pages(show, canned, axe, look):
+    canned.rows[3] = {"asks": [{"name": "layout", "part": ""}]}
+    page = show(canned, "page/7", **look.options)
+    page.wait_for_selector(".light")
+    page.keyboard.press("t")
+    page.wait_for_selector(".turn-tool li")
+    page.keyboard.press(".")
+    page.wait_for_selector(".draft-lines li")
+    assert violations(page, axe) == []
+    page.keyboard.press("a")
+    page.wait_for_selector("dialog[open] li")
+    assert violations(page, axe) == []
+
+
 def test_axe_finds_nothing_on_a_page_without_a_model_and_on_one_that_was_not_restored(show, canned, axe, look):
     canned.unrecorded.add("mesh")
     canned.rows[8] = {"failed": {"text": "no page is in sight", "hint": "capture it again"}, "restore": None}

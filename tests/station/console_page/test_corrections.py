@@ -159,26 +159,26 @@ def test_a_page_that_another_window_corrected_before_a_reload_shows_both(tool, c
     draft(page).get_by_text("yours Split (2), theirs Left only (1)").wait_for(timeout=READY_MS)
 
 
-def angle(page):
-    """The angle that the picture is drawn at, by the overlay that follows it."""
-    return page.evaluate(
-        """() => { const { a, b } = document.querySelector(".over > g").transform.baseVal.consolidate().matrix;
-                   return Math.round((Math.atan2(b, a) * 18000) / Math.PI) / 100 }"""
-    )
+ANGLE = """(wanted) => { const { a, b } = document.querySelector(".over > g").transform.baseVal.consolidate().matrix;
+                        return Math.abs((Math.atan2(b, a) * 180) / Math.PI - wanted) < 0.01 }"""
+
+
+def drawn_at(page, angle):
+    """Wait until the picture is drawn at an angle, by the overlay that follows it."""
+    page.wait_for_function(ANGLE, arg=angle)
 
 
 def test_a_page_is_turned_by_keys_and_the_picture_turns_at_once(tool, canned):
     page, panel = tool("t", "Rotation")
     for key in (".", ".", ",", "Shift+ArrowRight", "ArrowLeft", "ArrowLeft"):
         page.keyboard.press(key)
+    draft(page).get_by_text("0.8° instead of as found").wait_for()
     assert panel.get_by_label("Degrees clockwise").input_value() == "0.8"
-    assert angle(page) == 90.8
+    drawn_at(page, 90.8)
     page.keyboard.press("v")  # as it was before
-    page.wait_for_function("document.querySelector('.before-button').getAttribute('aria-pressed') === 'true'")
-    assert angle(page) == 0
+    drawn_at(page, 0)
     page.keyboard.press("v")
-    page.wait_for_function("document.querySelector('.before-button').getAttribute('aria-pressed') === 'false'")
-    assert angle(page) == 90.8
+    drawn_at(page, 90.8)
     page.keyboard.press("Enter")
     saved(page)
     assert sent(canned)[0]["parts"] == {"page": {"turn": 1, "rotate_deg": 0.8}}
@@ -188,7 +188,7 @@ def test_the_earlier_restoration_is_shown_on_one_key(tool):
     page, _ = tool("l", "Light")
     with page.expect_request("**/api/pictures/14/page.dzi*"):  # the one before 15
         page.keyboard.press("v")
-    assert page.get_by_role("button", name="Before", exact=True).get_attribute("aria-pressed") == "true"
+    page.get_by_role("button", name="Before", exact=True).and_(page.locator("[aria-pressed=true]")).wait_for()
 
 
 def test_the_light_of_a_part_is_kept_or_removed_and_its_source_shown(show, canned):
@@ -208,9 +208,89 @@ def test_the_light_of_a_part_is_kept_or_removed_and_its_source_shown(show, canne
     draft(page).wait_for(state="hidden")
     panel.get_by_role("button", name="Remove correction").click()  # the rule holds again
     draft(page).get_by_text("Light (left) as preset instead of Keep", exact=True).wait_for()
-    assert panel.get_by_role("button", name="Remove").get_attribute("aria-pressed") == "true"
+    panel.get_by_role("button", name="Remove (2)").and_(page.locator("[aria-pressed=true]")).wait_for()
     page.keyboard.press("Enter")
     saved(page)
     assert sent(canned) == [None]
     page.get_by_role("group", name="Leaf").get_by_role("button", name="right").click()
     panel.get_by_text("Now: Keep, from the preset.", exact=True).wait_for()
+
+
+def plan_with(page, **plan):
+    """Answer for rules: the same for one that is planned and for one that is made. Gives what was asked for."""
+    asked = {"plan": [], "rules": []}
+
+    def answer(route):
+        asked[route.request.url.rpartition("/")[2]].append(route.request.post_data_json)
+        route.fulfill(json={"pages": [], "own": {}, "rule": 60, **plan})
+
+    page.route("**/api/rules**", answer)
+    return asked
+
+
+def test_a_correction_is_applied_to_the_following_pages_by_keys_alone(tool, canned):
+    page, _ = tool("t", "Rotation")
+    asked = plan_with(page, pages=[7, 8, 9, 10], own={"9": ["page.turn"]})
+    page.keyboard.press(".")
+    draft(page).get_by_text("90° instead of as found").wait_for()
+    page.keyboard.press("a")
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_text("Pages: 4: Page 7, Page 8, Page 9, Page 10", exact=True).wait_for()
+    dialog.get_by_text("Page 9 keeps its own: Quarter turn", exact=True).wait_for()
+    page.keyboard.press("Enter")
+    draft(page).get_by_text("Applied to 4 pages; u undoes it", exact=True).wait_for()
+    turned = {"turn": 1}
+    rule = {
+        "scope": {"captures": [14, 16, 18, 20], "future": False},
+        "edits": {"parts": {"page": turned, "left": turned, "right": turned}},
+    }
+    assert asked["rules"] == [rule]
+    assert asked["plan"][-1] == rule
+    assert sent(canned) == []
+    assert draft(page).get_by_role("button", name="Save").is_hidden()  # the rule gives it to this page, too
+
+
+def test_a_correction_is_applied_to_left_leaves_of_pages_by_number(tool):
+    page, _ = tool("l", "Light")
+    asked = plan_with(page, pages=[2, 4])
+    page.keyboard.press("2")
+    page.keyboard.press("a")
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_role("radio", name="pages by number", exact=True).check()
+    dialog.get_by_text("Choose corrections, and pages of this session.", exact=True).wait_for()
+    dialog.get_by_role("textbox", name="Page numbers").fill("2, 4-99")
+    dialog.get_by_role("radio", name="left leaves", exact=True).check()
+    dialog.get_by_role("checkbox", name="Pages that are captured later").check()
+    page.keyboard.press("Enter")  # there is no page 99
+    assert asked["rules"] == []
+    dialog.get_by_role("textbox", name="Page numbers").fill("2, 4-4")
+    dialog.get_by_text("Pages: 2: Page 2, Page 4", exact=True).wait_for()
+    page.keyboard.press("Enter")
+    draft(page).get_by_text("Applied to 2 pages; u undoes it", exact=True).wait_for()
+    edits = {"parts": {"left": {"settings": {"shading": "remove"}}}}
+    assert asked["rules"] == [{"scope": {"captures": [4, 8], "future": True}, "edits": edits}]
+    assert draft(page).get_by_role("button", name="Save").is_visible()  # it is not on this page
+
+
+def test_the_next_and_the_previous_leaf_that_asks(show, canned):
+    canned.rows[3] = {"asks": [{"name": "layout", "part": ""}]}
+    halves = [{"part": "left", "name": "8/left"}, {"part": "right", "name": "8/right"}]
+    canned.rows[8] = {"asks": [{"name": "corrections", "part": "right"}], "parts": halves}
+    page = show(canned, "page/7")
+    page.get_by_text("Questions: 2", exact=True).wait_for()
+    page.keyboard.press("j")
+    page.get_by_role("heading", name="Page 8").wait_for()
+    right = page.get_by_role("group", name="Leaf").get_by_role("button", name="right")
+    right.and_(page.locator("[aria-pressed=true]")).wait_for()
+    page.keyboard.press("j")
+    page.get_by_role("heading", name="Page 3").wait_for()
+    page.keyboard.press("k")
+    page.get_by_role("heading", name="Page 8").wait_for()
+
+
+def test_without_a_question_the_keys_stay_on_the_page(tool):
+    page, _ = tool("t", "Rotation")
+    page.keyboard.press("j")
+    page.keyboard.press("a")
+    draft(page).get_by_text("This page has no correction that fits other scans", exact=True).wait_for()
+    assert page.get_by_role("heading", name="Page 7").is_visible()

@@ -48,7 +48,7 @@ export function sourceText(source) {
 
 /** The name of a field in the reader's language, with the leaf that it is of. */
 export function fieldText(path) {
-  const [, part] = path.match(/^parts\.(left|right)\./) ?? [];
+  const [, part] = path.match(/^(?:parts\.)?(left|right)\./) ?? [];
   const name = t(`field.${nameOf(path)}`);
   return part ? `${name} (${t(`side.${part}`)})` : name;
 }

@@ -1,21 +1,22 @@
 // What all tools of corrections have: their fields, the values that these have now and where those come from.
 
 import { button, h, setText } from "../dom.js";
-import { fieldText, present, sourceText, valueText } from "../corrections.js";
+import { fieldText, isOfOneScan, present, sourceText, valueAt, valueText, withFields } from "../corrections.js";
 import { t } from "../strings.js";
 
 /**
  * A tool over the draft of a page. A tool has `name` (of its texts), `fields` of a page or a part, `otherwise` (where
- * a value comes from that no correction gives), and may have `body`, `keys` (key → act), `shown` and `ended`. `isStill`: the page is
+ * a value comes from that no correction gives), and may have `body`, `keys` (key → act), `shown` and `ended`; `apply` opens the choice of further pages. `isStill`: the page is
  * shown as it was before.
  */
 export class CorrectionTool {
   constructor(draft, { name, fields, otherwise = "", body = [] }) {
     Object.assign(this, { draft, name, fields, otherwise, part: "page", keys: {} });
     this.now = h("ul", { class: "soft" });
-    this.found = button(t("tool.found"), { icon: "rotate-ccw", click: () => this.asFound() });
+    this.rest = h("div", { class: "row" }, button(t("tool.found"), { icon: "rotate-ccw", click: () => this.asFound() }),
+      button(t("apply.more"), { key: "a", click: () => this.apply?.() }));
     this.element = h("section", { class: `tool-panel ${name}-tool`, "aria-label": t(`tool.${name}`) },
-      h("h2", { text: t(`tool.${name}`) }), body, this.now, this.found);
+      h("h2", { text: t(`tool.${name}`) }), body, this.now, this.rest);
   }
 
   /** The paths of the fields; `part`, which they are of, is that of the leaf that is shown. */
@@ -40,6 +41,12 @@ export class CorrectionTool {
   state(path) {
     const [value, source] = present(this.draft.base, path);
     return [valueText(path, value), sourceText(source || this.otherwise)];
+  }
+
+  /** The fields that the page itself has, with the draft, and that fit other scans: [{path, value}]. */
+  get own() {
+    const table = withFields(this.draft.base?.edits, this.draft.fields);
+    return this.paths.filter((path) => !isOfOneScan(path)).map((path) => ({ path, value: valueAt(table, path) })).filter(({ value }) => value !== undefined);
   }
 
   start(row, part) {

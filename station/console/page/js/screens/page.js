@@ -1,11 +1,14 @@
 // The page view: the flat page to its pixels, its layers, ruler and words; the sheet in space; its lights and history.
 
 import { actionPad } from "../actions.js";
+import { valueAt } from "../corrections.js";
 import { able, button, h, placeholder, segmented, set, setText } from "../dom.js";
 import { Draft } from "../draft.js";
 import { faultText } from "../faults.js";
 import { bytes, number, pageName, time } from "../format.js";
 import { setToolKey } from "../keys.js";
+import { openApply } from "../parts/apply.js";
+import { askList, nextAsking } from "../parts/asks.js";
 import { Compare } from "../parts/compare.js";
 import { details } from "../parts/details.js";
 import { draftPanel } from "../parts/draft_panel.js";
@@ -26,6 +29,7 @@ import { facts } from "./capture.js";
 
 const TOOLS = [["look", "hand"], ["compare", "columns-2"], ["ruler", "ruler"], ["words", "text-search"], ["model", "rotate-3d"],
   ["spine", "between-vertical-start"], ["turn", "refresh-cw"], ["light", "sun"]];
+const ASK_KEYS = { j: 1, k: -1 };
 const TOOL_KEYS = { s: "spine", t: "turn", l: "light" };
 
 class PageScreen {
@@ -37,9 +41,11 @@ class PageScreen {
     this.model = new ModelView();
     this.draft = new Draft(() => this.showDraft());
     this.hands = { spine: new LayoutTool(this.draft), turn: new TurnTool(this.draft, this.viewer), light: new LightTool(this.draft) };
+    for (const hand of Object.values(this.hands)) hand.apply = () => this.apply();
     this.drafted = draftPanel(this.draft);
+    this.asks = askList((step) => this.goAsking(step));
     this.layers = layerChoice(() => this.showLayers());
-    this.leaves = leafChoice(() => this.update());
+    this.leaves = leafChoice(() => { this.asked = null; this.update(); });
     this.lights = verdictLights();
     this.tool = "look";
     this.against = "original";
@@ -61,7 +67,7 @@ class PageScreen {
         this.viewer.element, this.model.element, this.empty),
       h("section", { class: "panel scrolling", "aria-label": t("page"), tabindex: "0" },
         h("div", { class: "panel-head" }, h("div", {}, this.title, this.sub), this.sign),
-        this.drafted.element, this.compareBox, this.ruler.element, this.words.element,
+        this.asks.element, this.drafted.element, this.compareBox, this.ruler.element, this.words.element,
         Object.values(this.hands).map((hand) => hand.element), this.layers.element, this.lights.element,
         actionPad(["accept", "again", "mark", "note", "insert", "label"]), this.more),
       pageStrip());
@@ -82,6 +88,7 @@ class PageScreen {
 
   async update() {
     const row = current();
+    this.asks.show();
     setText(this.title, row ? pageName(row) : t("capture.none"));
     setText(this.sub, row ? facts(row) : "");
     this.sign.replaceChildren(row ? levelSign(row) : "");
@@ -92,6 +99,7 @@ class PageScreen {
     this.row = row;
     this.details = found;
     this.leaf = this.leaves.of(found);
+    for (const hand of Object.values(this.hands)) hand.part = this.leaf?.part ?? "page";
     if (row) this.draft.load(row);
     this.lights.show(row, found?.checks);
     this.more.replaceChildren(...(found ? [...history(found, this.leaf)] : []));
@@ -101,11 +109,41 @@ class PageScreen {
   key(key, event) {
     const name = TOOL_KEYS[key];
     if (name) this.use(this.tool === name ? "look" : name);
+    else if (key === "a") this.apply();
+    else if (ASK_KEYS[key]) this.goAsking(ASK_KEYS[key]);
     else if (key === "v") this.showEarlier(!this.isEarlier);
     else if (key === "Enter" && this.draft.isOpen) this.draft.save();
     else if (key === "Escape" && this.draft.isOpen) this.draft.drop();
     else return Boolean(this.row) && Boolean(this.hands[this.tool]?.key(key, event));
     return true;
+  }
+
+  /** Go to the leaf that asks for a correction next, or before. */
+  goAsking(step) {
+    const page = current()?.page;
+    const found = nextAsking(step, page, this.asked?.page === page ? this.asked.part : this.leaf?.part);
+    if (!found) return;
+    this.asked = found; // a further key may come before its details
+    this.leaves.choose(found.part);
+    select(found.page);
+  }
+
+  /** Put fields of this page on others; those that a rule gives it now are not left in the draft. */
+  apply() {
+    const [{ row, draft, leaf }, chosen] = [this, this.hands[this.tool]];
+    if (!row || !draft.base) return;
+    const offered = Object.values(this.hands).flatMap((hand) => hand.own.map((one) => ({ ...one, isChosen: !chosen || chosen === hand })));
+    if (!offered.length) {
+      draft.say(t("apply.nothing"));
+      return;
+    }
+    openApply(row, leaf?.part ?? "page", offered, (made, edits) => {
+      const isOn = made.pages.includes(row.page) && !made.own[row.page] && this.row.page === row.page;
+      const given = Object.keys(draft.fields).filter((path) => isOn && valueAt(edits, path) !== undefined);
+      draft.set(Object.fromEntries(given.map((path) => [path, undefined])));
+      draft.say(t("apply.done", { n: number(made.pages.length) }));
+      draft.load(this.row);
+    });
   }
 
   showDraft() {
