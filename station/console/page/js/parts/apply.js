@@ -70,7 +70,7 @@ function plannedText({ pages, own }) {
 
 /** Ask for the pages. fields: [{path, value, isChosen}], of which the operator chooses; `done` gets what the server made and its edits. */
 export function openApply(row, part, fields, done) {
-  const planned = h("ul", { class: "soft", role: "status" });
+  const planned = h("ul", { class: "soft" });
   let asked = 0;
   const changed = () => show();
   const checks = h("fieldset", { class: "choices" }, h("legend", { text: t("apply.fields") }), boxes(fields, changed));
@@ -107,5 +107,5 @@ export function openApply(row, part, fields, done) {
   };
   show();
   return openDialog(t("apply.title"), [checks, targets, named, sides,
-    h("label", { class: "check", for: "apply-future" }, later, h("span", { text: t("apply.future") })), planned], { ok: t("apply"), send });
+    h("label", { class: "check", for: "apply-future" }, later, h("span", { text: t("apply.future") })), h("div", { role: "status" }, planned)], { ok: t("apply"), send });
 }
