@@ -2,9 +2,10 @@
 
 Sheet, pose, distance, lens, mode and noise (half to twice the scanner's) of a page are drawn from its seed. Places 5 mm
 apart are compared with their exact places on the sheet after the best rigid motion; the error along either axis is
-counted in stated standard deviations. Pages are appended to the log, one line of JSON each, and the summary is of all
-pages in it: so a long run can be made in parts. `--bodies N` counts instead how many of N pages have the size that
-their interval says: scanned by a body that deviates, by the manual's figures and after a calibration.
+counted in stated standard deviations. Pages are appended to the log, one line of JSON each, and seeds that it holds are
+not run again: a run that was ended continues, and the summary is of all pages in the log. `--bodies N` counts instead
+how many of N pages have the size that their interval says: scanned by a body that deviates, by the manual's figures and
+after a calibration.
 """
 
 from __future__ import annotations
@@ -145,6 +146,10 @@ def figures(stated: Uncertainty, errors: Floats, known: Floats) -> dict[str, Any
 
 def summary(pages: Sequence[Mapping[str, Any]]) -> list[str]:
     """Lines about all pages."""
+    refused = [page["seed"] for page in pages if "error" in page]
+    pages = [page for page in pages if "error" not in page]
+    if not pages:
+        return [f"no page was restored; refused: {refused}"]
     ratio = np.array([page["stated"] / page["actual"] for page in pages])
     rank = spearmanr([page["stated"] for page in pages], [page["actual"] for page in pages])[0]
     pooled = np.average([page["within"] for page in pages], axis=0, weights=[page["places"] for page in pages])
@@ -152,8 +157,8 @@ def summary(pages: Sequence[Mapping[str, Any]]) -> list[str]:
     least = min(page["within"][1] for page in pages)
     by_mode = {mode: max((page["seconds"] for page in pages if page["mode"] == mode), default=np.nan) for mode in MODES}
     return [
-        f"{len(pages)} pages; within 1, 2, 3 standard deviations: {pooled.round(3).tolist()} (noise alone "
-        f"{alone.round(3).tolist()})",
+        f"{len(pages)} pages, refused {refused}; within 1, 2, 3 standard deviations: {pooled.round(3).tolist()} "
+        f"(noise alone {alone.round(3).tolist()})",
         f"within 2 on each page at least {least:.3f} (noise alone {min(p['noise_alone'][1] for p in pages):.3f}), at "
         f"borders {min(p['border'] for p in pages):.3f}, in the mean {np.mean([p['border'] for p in pages]):.3f}",
         f"stated over actual rms: {ratio.min():.2f} to {ratio.max():.2f}, median {np.median(ratio):.2f}; rank over "
@@ -162,24 +167,27 @@ def summary(pages: Sequence[Mapping[str, Any]]) -> list[str]:
     ]
 
 
-def main(count: int, seed: int | None, log: Path | None) -> None:
+def main(count: int, seed: int, log: Path | None) -> None:
     """Print a line for each page, and the summary."""
-    seed = seed or seed_of_today()
-    pages = [json.loads(line) for line in log.read_text("utf-8").splitlines()] if log and log.exists() else []
-    for number in range(seed, seed + count):
+    pages = read_log(log)
+    known = {page["seed"] for page in pages}
+    for number in (one for one in range(seed, seed + count) if one not in known):
         try:
             page = measured_page(number)
         except RestoreError as error:
-            print(f"! {number}: {error}", flush=True)
-            continue
+            page = {"seed": number, "error": str(error)}
         pages.append(page)
         line = json.dumps(page)
         if log:
             with log.open("a", encoding="utf-8") as file:
                 file.write(line + "\n")
         print(line, flush=True)
-    if pages:
-        print("\n".join(summary(pages)))
+    print("\n".join(summary(pages)))
+
+
+def read_log(log: Path | None) -> list[dict[str, Any]]:
+    """Return the pages of a log; none without one."""
+    return [json.loads(line) for line in log.read_text("utf-8").splitlines()] if log and log.exists() else []
 
 
 def flat_page_noise(seed: int) -> float:
@@ -189,9 +197,8 @@ def flat_page_noise(seed: int) -> float:
     return float(compared(scan, flat)["stated"])
 
 
-def bodies(count: int, seed: int | None) -> None:
+def bodies(count: int, seed: int) -> None:
     """Print how many pages of a body that deviates have the size that is stated."""
-    seed = seed or seed_of_today()
     with TemporaryDirectory() as folder:
         board, file = Path(folder), Path(folder) / "body.calibrated.toml"
         if planish(["calibrate", *scan_boards(board), "-o", str(file)]):
@@ -218,9 +225,10 @@ if __name__ == "__main__":
     parser.add_argument("--bodies", type=int, metavar="N")
     parser.add_argument("--flat", action="store_true", help="the uncertainty of a flat page alone")
     options = parser.parse_args()
+    seed = seed_of_today() if options.seed is None else options.seed
     if options.bodies:
-        bodies(options.bodies, options.seed)
+        bodies(options.bodies, seed)
     elif options.flat:
-        print(f"flat page: {flat_page_noise(options.seed or seed_of_today()):.4f} mm rms")
+        print(f"flat page: {flat_page_noise(seed):.4f} mm rms")
     else:
-        main(options.count, options.seed, options.log)
+        main(options.count, seed, options.log)

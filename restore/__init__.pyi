@@ -12,7 +12,7 @@ from .formats import load_scan as load_scan, save_scan as save_scan
 from .layout.find import find_layout as find_layout
 from .layout.finding import BookPrior as BookPrior, LayoutFinding as LayoutFinding
 from .layout.leaves import find_leaves as find_leaves
-from .mirror import mirror_page as mirror_page
+from .orientation import mirror_page as mirror_page, rotate_page as rotate_page
 from .page import FlatMesh as FlatMesh, RestoredPage as RestoredPage
 from .phones.load import load_capture as load_capture
 from .photo import Photograph as Photograph, read_photographs as read_photographs
@@ -26,7 +26,6 @@ from .settings import Settings as Settings
 from .structured_light import Projector as Projector
 from .texture.coverage import CoverageClass as CoverageClass
 from .texture.super_resolution import super_resolve as super_resolve
-from .turn import rotate_page as rotate_page
 from .turntable import (
     RotationAxis as RotationAxis,
     fit_axis as fit_axis,

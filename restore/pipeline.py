@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple, cast
 
-from restore.calibration import describe_calibration, size_interval
 from restore.findings import Finding
 from restore.flattening.methods import OnStep
 from restore.page import FlatMesh, RestoredPage
@@ -35,6 +34,7 @@ from restore.texture.coverage import Coverage, cover, hole_findings, seen_part
 from restore.texture.inpaint import blank_hidden, inpaint_hidden
 from restore.texture.occlusion import mirror_findings
 from restore.texture.page import Painting
+from restore.uncertainty.calibration import describe_calibration, size_interval
 from restore.uncertainty.estimate import estimate_uncertainty
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")

@@ -106,6 +106,12 @@ def test_a_circle_is_found():
         TopologicalSorter(graph).prepare()
 
 
+@pytest.mark.parametrize(("package", "most"), [("restore", 14), ("station", 10), ("drivers", 4)])
+def test_the_root_of_a_package_stays_small(package, most):
+    """What belongs together has a folder of its own."""
+    assert len(list((TESTS.parent / package).glob("*.py"))) <= most
+
+
 def test_only_the_test_of_the_bench_imports_the_bench():
     files = [
         path for path in TESTS.rglob("*.py") if any(source.split(".")[0] == "bench" for source, _ in imports(path))

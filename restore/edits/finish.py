@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from restore.edits.model import Crop, PartEdits
 from restore.errors import NotEnoughSurface
+from restore.orientation import rotate_page
 from restore.page import RestoredPage
 from restore.scan import Ints
 from restore.texture.coverage import CoverageClass
 from restore.texture.page import MM_PER_INCH, PAPER
-from restore.turn import rotate_page
 
 EMPTY = {"image": PAPER, "master": PAPER, "coverage": CoverageClass.OUTSIDE, "mask": False, "page_source": 255}
 

@@ -33,10 +33,10 @@ from restore.formats.vertex_colours import with_picture
 from restore.formats.vrml import read_vrml, write_vrml
 from restore.formats.vvd import read_vvd, write_vvd
 from restore.mesh.ordered_grid import GridMesh
+from restore.numerics.units import UNSTATED
 from restore.range_image.organise import organise
 from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, RangeScan, SurfaceMesh
-from restore.units import UNSTATED
 
 __all__ = [
     "IMAGE_SUFFIXES",

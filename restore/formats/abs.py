@@ -18,8 +18,8 @@ from restore.formats.grid import check_grid, samples_in_picture
 from restore.formats.mesh import provenance
 from restore.formats.picture import adjacent_picture, read_image
 from restore.formats.source import CUT_SHORT, DAMAGED, is_file, parse_numbers, read_bytes
+from restore.numerics.units import MAX_COORDINATE_MM
 from restore.scan import Bytes, RangeScan
-from restore.units import MAX_COORDINATE_MM
 
 ABSENT = -999999.0
 MAX_HEADER_BYTES = 1024  # three short lines

@@ -26,11 +26,11 @@ from restore.formats.grid import check_grid
 from restore.formats.older import current_provenance
 from restore.formats.picture import check_size, decode_picture, encode_png
 from restore.formats.source import DAMAGED, MAX_SAMPLES, is_file, read_bytes
+from restore.numerics.units import MAX_COORDINATE_MM
 from restore.runtime.arguments import checks_types
 from restore.runtime.threads import in_threads
 from restore.scan import Bytes, Floats, RangeScan
 from restore.scan_check import KnownProvenance, check_provenance
-from restore.units import MAX_COORDINATE_MM
 
 VERSION = 1
 INDEX, POINTS, TEXTURE = "scan.json", "points.npz", "texture.png"

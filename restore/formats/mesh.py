@@ -20,8 +20,8 @@ from restore.formats.picture import adjacent_picture
 from restore.formats.source import DAMAGED, MAX_SAMPLES, NO_FACES, ONE_SHOT
 from restore.formats.tiles import in_first_tile
 from restore.mesh.adjacency import used_vertices
+from restore.numerics.units import MAX_COORDINATE_MM
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
-from restore.units import MAX_COORDINATE_MM
 
 # Vertices of the largest range grid: six times MAX_SAMPLES, as STL repeats each sample for its triangles.
 MAX_ITEMS = 6 * MAX_SAMPLES

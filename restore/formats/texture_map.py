@@ -92,19 +92,26 @@ def _seams(picture: Bytes, inner: Sequence[Floats], one: Ints, other: Ints) -> _
     alikeness is a correlation of absolute differences: some letters on white paper decide a correlation of squares,
     where a seam runs through them a pixel off.
     """
-    channels = np.moveaxis(picture, 2, 0)
-    here, there = (
-        np.stack([[map_coordinates(one_of, at[side, ::-1].T, order=1) for one_of in channels] for at in inner])
-        for side in (one, other)
-    )
-    here, there = here.astype(np.float64), there.astype(np.float64)  # (insets, 3, k)
+    here, there = (np.stack([colours_at(picture, at[side]).T for at in inner]) for side in (one, other))
 
-    def apart(shift: int) -> Floats:
+    def apart(shift: int) -> Floats:  # of (insets, 3, k) colours
         return np.asarray(np.abs(here - np.roll(there, shift, axis=2)).mean(axis=1).min(axis=0))
 
     by_chance = np.mean([apart(len(one) * k // SHIFTS).mean() for k in range(1, SHIFTS)])
     differences = apart(0)
     return _Seams(differences, float(1.0 - differences.mean() / by_chance) if by_chance > TINY else 0.0)
+
+
+def colours_at(picture: Bytes, places: Floats) -> Floats:
+    """Sample a picture (h, w, 3) at places (k, 2) px.
+
+    Returns colours (k, 3); beyond the border those at the border.
+
+    >>> colours_at(np.array([[[9, 8, 7]]], np.uint8), np.array([[-2.0, 1.5]])).tolist()
+    [[9.0, 8.0, 7.0]]
+    """
+    channels = np.moveaxis(picture.astype(np.float64), 2, 0)
+    return np.stack([map_coordinates(one, places[:, ::-1].T, order=1, mode="nearest") for one in channels], axis=1)
 
 
 def _moved_inside(faces: Ints, texcoords: Floats, chosen: Mask, inset: float) -> Floats:

@@ -14,9 +14,9 @@ import numpy as np
 from restore.errors import BadInput
 from restore.findings import Finding
 from restore.mesh.ordered_grid import GridMesh
+from restore.numerics.units import ASSUMED, BY_FORMAT, GIVEN, MAX_COORDINATE_MM, UNIT_MM, UNSTATED
 from restore.runtime.arguments import checks_types
 from restore.scan import SurfaceMesh, with_findings
-from restore.units import ASSUMED, BY_FORMAT, GIVEN, MAX_COORDINATE_MM, UNIT_MM, UNSTATED
 
 EDGE_MM = {**UNIT_MM, "um": 1e-3, "µm": 1e-3}
 ASSUMED_VOXEL = "10um"  # between the 3 and 25 µm of the scrolls that have been scanned

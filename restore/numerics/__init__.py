@@ -1,1 +1,1 @@
-"""Limits of floating-point arithmetic, and robust statistics."""
+"""Units of length, limits of floating-point arithmetic, and robust statistics."""

@@ -6,8 +6,8 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.mesh.adjacency import used_vertices
+from restore.numerics.units import GIVEN, MAX_COORDINATE_MM, UNIT_MM, UNSTATED
 from restore.scan import RangeScan, SurfaceMesh
-from restore.units import GIVEN, MAX_COORDINATE_MM, UNIT_MM, UNSTATED
 
 MIN_PAGE_MM = 20.0  # mm of the longest side: a postage stamp has 24, an A3 page in inches 16.5
 MAX_PAGE_MM = 10_000.0  # mm: four times what the scanner sees; a Letter page in inches, read as metres, has 11,000

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil, floor, sqrt
+from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -85,9 +86,13 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
     if page.texture is None or page.texcoords is None:
         return _paint_relief(page, dpi)
     image, mask, source, ppi = _paint_texture(page, dpi)
-    mtf50 = texture_mtf50(page)
     finer = float(page.provenance.get("oversampling", 1.0))  # than the picture that it was painted from
-    return Painting(image, mask, source, Resolution(ppi / finer, None if mtf50 is None else finer * mtf50))
+
+    def measured() -> float | None:
+        mtf50 = texture_mtf50(page)
+        return None if mtf50 is None else finer * mtf50
+
+    return Painting(image, mask, source, Resolution(ppi / finer, cast(Any, measured)))  # when it is read
 
 
 def _paint_texture(page: FlatMesh, dpi: float) -> tuple[Bytes, Mask, SourceMap, float]:

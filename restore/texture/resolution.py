@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from restore.runtime.given_later import given_later
 from restore.scan import Bytes, Floats, Ints, Mask
 
 MM_PER_INCH = 25.4
@@ -40,12 +41,14 @@ NO_PICTURE = "the scan has no colour image"
 Light = NDArray[np.float32]
 
 
+@given_later("mtf50")
 @dataclass(frozen=True)
 class Resolution:
     """Resolution of a picture on the page.
 
     sampling_ppi: its pixels per inch of paper, 0 without a picture.
-    mtf50: cycles per pixel at which its edges have half their contrast, None where it has too few to measure it.
+    mtf50: cycles per pixel at which its edges have half their contrast, None where it has too few to measure it. It may
+           be given as a function that measures it.
     """
 
     sampling_ppi: float

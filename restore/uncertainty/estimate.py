@@ -25,7 +25,6 @@ from restore.uncertainty.displacements import Displacements, displacements
 
 PITCH_MM = 5.0  # from place to place: the error changes over centimetres
 NEARBY = 5  # places, the side of the square that is averaged
-NORMAL_95 = 1.96  # standard deviations: 95 % of a normal distribution
 HALVINGS = 40  # of the interval in which the distance is sought that 95 % of the places do not exceed
 NO_NOISE = "a mesh has no noise of single rays: give the range image"
 A_LEAF = "a leaf of an opened book is not covered: restore the opening whole"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from restore import Settings, restore
-from restore.formats.texture_map import with_oriented_map
+from restore.formats.texture_map import colours_at, with_oriented_map
 from restore.scan import SurfaceMesh
 
 COLS, ROWS, STEP_MM, PX_PER_MM, MARGIN = 31, 21, 5.0, 3.0, 8
@@ -88,6 +88,16 @@ def test_seams_on_bare_paper_that_meet_are_left_alone(rng):
     blank = right.texture.copy()
     blank[(blank == 60).all(axis=2)] = 244
     assert with_oriented_map(SurfaceMesh(right.vertices, right.faces, right.texcoords, blank)).findings == ()
+
+
+def test_a_chart_that_reaches_past_the_picture_has_the_colours_of_its_border(rng):
+    """Black in their place met the ruling of another chart, and a right map was turned over."""
+    page = picture(rng)
+    row, last = 40, page.shape[1] - 1
+    places = np.array([[last + 1.2, row], [-0.5, row], [last, row], [0.0, row]])
+    beyond, before, at_end, at_start = colours_at(page, places)
+    assert beyond.tolist() == at_end.tolist() == page[row, last].tolist()
+    assert before.tolist() == at_start.tolist() == page[row, 0].tolist()
 
 
 def test_a_picture_of_one_colour_is_not_turned_over(rng):

@@ -7,10 +7,10 @@ import trimesh
 from restore import Settings, restore
 from restore.errors import BadInput
 from restore.formats import load_scan, save_scan, write_obj
+from restore.numerics.units import UNIT_MM
 from restore.prepared.prepare import prepare
 from restore.prepared.size import MAX_PAGE_MM, MIN_PAGE_MM
 from restore.scan import SurfaceMesh
-from restore.units import UNIT_MM
 
 PAGE_MM = np.array([210.0, 148.0, 0.0])
 FACES = np.array([[0, 1, 2], [0, 2, 3]])

@@ -140,3 +140,11 @@ def test_what_a_report_says():
     assert unknown.described()["resolved_ppi_unknown"] == NO_EDGES
     assert none.described()["resolved_ppi"] == 0.0
     assert none.described()["resolved_ppi_unknown"] == NO_PICTURE
+
+
+def test_what_a_picture_resolves_is_measured_once_when_it_is_first_read():
+    measured = []
+    found = Resolution(150.0, lambda: measured.append(1) or 0.25)
+    assert not measured
+    assert (found.mtf50, found.resolved_ppi, found.mtf50) == (0.25, 75.0, 0.25)
+    assert len(measured) == 1

@@ -5,7 +5,7 @@ import pytest
 from drivers.vivid900.geometry.calibration import nominal
 from drivers.vivid900.geometry.lenses import LENSES
 from oracles.hidden_body import HIDDEN_BODY
-from restore.calibration import NORMAL_95, describe_calibration, size_interval
+from restore.uncertainty.calibration import NORMAL_95, describe_calibration, size_interval
 
 MEASURED = {"date": "2026-01-31", "captures": 12, "lines_rms": 0.04, "expected_mm": 0.1, "markers_px": None}
 
