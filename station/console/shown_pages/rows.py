@@ -133,9 +133,9 @@ def _row(parts: Sequence[Leaf], position: int, outdated: Collection[int], restor
 
 
 def _asks(page: Page) -> list[dict[str, str]]:
-    """Return the checks that the operator has to answer by a correction, each with its part."""
-    judged = page.runs.get(VERDICT)
-    checks = [] if judged is None else judged.facts["result"]["checks"]
+    """Return the checks that a correction answers, each with its part."""
+    run = page.runs.get(VERDICT)
+    checks = [] if run is None else run.facts["result"]["checks"]
     asked = [one for one in checks if one["name"] in OPERATOR_CHECKS and one["level"] != "green"]
     return [{"name": one["name"], "part": one.get("part", "")} for one in asked]
 
@@ -187,7 +187,7 @@ def _leaves(session: Session, restored: Event | None) -> Iterator[dict[str, Any]
 
 
 def _before(session: Session, restored: Event | None) -> dict[str, Any] | None:
-    """Return the restoration of the same scan made last of all others, with its parts."""
+    """Return the latest other restoration of the scan, with its parts."""
     others = [] if restored is None else [one for one in session.history.events if one.slot == restored.slot]
     earlier = [one for one in others if one.kind == "stage" and restored and one.number != restored.number]
     if not earlier or "error" in earlier[-1].facts["result"]:

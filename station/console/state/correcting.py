@@ -48,7 +48,7 @@ def correct_page(opened: WritableSession, number: int, edits: Table | None, tag:
 
 
 def plan_rule(session: Session, scope: Scope, edits: Table) -> dict[str, Any]:
-    """Return the pages that a rule would be on, and those of them that keep fields of their own.
+    """Return the pages that a rule would be on, and which keep their own fields.
 
     Raises ConsoleFault for values that cannot be.
     """
@@ -79,7 +79,7 @@ def apply_rule(opened: WritableSession, scope: Scope, edits: Table) -> dict[str,
 
 
 def _pages_of(session: Session, rule: Rule) -> dict[str, Any]:
-    """Return the pages that a rule is on, and page → the fields of it that the page has itself."""
+    """Return the pages that a rule is on, and the fields of it that they keep."""
     pages = [one for one in session.history.pages() if one.capture and rule.is_on(one.capture, session.history)]
     kept = {page.number: kept_fields(own_edits(page), rule.edits) for page in pages}
     return {"pages": [*kept], "own": {page: fields for page, fields in kept.items() if fields}}
