@@ -76,6 +76,17 @@ def finding_of(stored: dict[str, Any]) -> dict[str, Any]:
     return {"page": None, **stored, "unit": UNITS.get(stored["name"], ""), "less_is_worse": amber > red}
 
 
+def questions_of(page: Page) -> list[dict[str, str]]:
+    """Return the checks of a page that a correction answers, each with its part.
+
+    None of a page that was accepted as it is.
+    """
+    run = page.runs.get(VERDICT)
+    checks = [] if run is None or page.decided("accept", False) is True else run.facts["result"]["checks"]
+    asked = [one for one in checks if one["name"] in OPERATOR_CHECKS and one["level"] != "green"]
+    return [{"name": one["name"], "part": one.get("part", "")} for one in asked]
+
+
 def rank_of(page: Page) -> float:
     """Return how bad a page is.
 
@@ -123,21 +134,13 @@ def _row(parts: Sequence[Leaf], position: int, outdated: Collection[int], restor
         "marked": bool(page.decided("mark", False)),
         "note": str(page.decided("note", "")),
         "level": level_of(page),
-        "asks": [] if page.decided("accept", False) is True else _asks(page),
+        "asks": questions_of(page),
         "rank": round(rank_of(page), 3),
         "capture": page.capture.number,
         "restore": None if restored is None or failed else restored.number,
         "captured": page.capture.time,
         "busy": page.number in restoring,
     }
-
-
-def _asks(page: Page) -> list[dict[str, str]]:
-    """Return the checks that a correction answers, each with its part."""
-    run = page.runs.get(VERDICT)
-    checks = [] if run is None else run.facts["result"]["checks"]
-    asked = [one for one in checks if one["name"] in OPERATOR_CHECKS and one["level"] != "green"]
-    return [{"name": one["name"], "part": one.get("part", "")} for one in asked]
 
 
 def _order(page: Page) -> float:

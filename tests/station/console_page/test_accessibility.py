@@ -23,6 +23,9 @@ TOOLS = {  # and what shows that it is there
     "words": ".words text",
     "model": ".model-told:not(:empty)",
     "spine": ".spine-tool p:not(:empty)",
+    "outline": ".outline-tool li",
+    "mask": ".mask-tool li",
+    "crop": ".crop-tool li",
     "turn": ".turn-grid",
     "light": ".light-tool li",
 }
@@ -108,6 +111,20 @@ def test_axe_finds_nothing_on_a_page_with_any_tool(show, canned, axe, look):
         page.wait_for_load_state("networkidle")
         page.wait_for_timeout(500)
         assert violations(page, axe) == [], tool
+
+
+@pytest.mark.parametrize(("tool", "key"), [("s", "d"), ("o", "d"), ("x", "1"), ("c", "3")])
+def test_axe_finds_nothing_on_points_that_are_drawn(show, canned, axe, look, tool, key):
+    page = show(canned, "page/7", **look.options)
+    page.wait_for_selector(".light")
+    page.keyboard.press(tool)
+    ready = (
+        ".page-viewer[data-scan]" if tool in "ox" else ".spine-tool p:not(:empty)" if tool == "s" else ".crop-tool li"
+    )
+    page.wait_for_selector(ready)
+    page.keyboard.press(key)
+    page.wait_for_selector(".handle >> nth=1")
+    assert violations(page, axe) == []
 
 
 def test_axe_finds_nothing_on_a_draft_and_on_the_choice_of_its_pages(show, canned, axe, look):

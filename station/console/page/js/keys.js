@@ -21,7 +21,7 @@ export function listenForKeys() {
   addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return undefined;
     if (event.target.closest("input, textarea, select, [contenteditable], [data-own-keys]")) return undefined;
-    const pressed = event.target.closest("button, a, summary") && (event.key === " " || event.key === "Enter");
+    const pressed = event.target.closest("button:not(.handle), a, summary") && (event.key === " " || event.key === "Enter");
     if (pressed || !SCREENS.has(document.getElementById("main").dataset.screen)) return undefined;
     if (localStorage.getItem(OFF) && event.key !== " ") return undefined;
     if ((!event.repeat || STEPS.has(event.key)) && toolKey?.(event.key, event)) return event.preventDefault();

@@ -24,7 +24,9 @@ def events(browser):
 
 
 def test_a_correction_is_recorded_restored_taken_back_and_has_its_tag(served, opened):
-    capture = shoot(opened)["capture"]
+    shot = shoot(opened)
+    capture = shot["capture"]
+    assert opened.get("/api/pages/1").json()["before"] is None
     found = opened.get(EDITS)
     assert (found.headers["etag"], found.json()["edits"], found.json()["sources"]) == (f'"{capture}"', None, [])
     stored = put(opened, TURNED, capture)
@@ -33,6 +35,8 @@ def test_a_correction_is_recorded_restored_taken_back_and_has_its_tag(served, op
     assert stored.headers["etag"] == opened.get(EDITS).headers["etag"] != found.headers["etag"]
     wait_for(lambda: opened.get(EDITS).json()["outdated"] is False, "the restoration")
     assert served.restorer.calls[-1]["edits"]["parts"] == TURNED["parts"]
+    assert opened.get(EDITS).json()["restored"]["parts"] == TURNED["parts"]
+    assert opened.get("/api/pages/1").json()["before"]["event"] == shot["restore"]
     press(opened, "undo")
     wait_for(lambda: opened.get(EDITS).headers["etag"] == f'"{capture}"', "the undo")
     assert opened.get(EDITS).json()["effective"] is None

@@ -9,7 +9,9 @@ import { bytes, number, pageName, time } from "../format.js";
 import { setToolKey } from "../keys.js";
 import { openApply } from "../parts/apply.js";
 import { askList, nextAsking } from "../parts/asks.js";
+import { MaskTool, OutlineTool } from "../parts/areas.js";
 import { Compare } from "../parts/compare.js";
+import { CropTool } from "../parts/crop.js";
 import { details } from "../parts/details.js";
 import { draftPanel } from "../parts/draft_panel.js";
 import { layerChoice } from "../parts/layers.js";
@@ -28,9 +30,9 @@ import { firstOf, t } from "../strings.js";
 import { facts } from "./capture.js";
 
 const TOOLS = [["look", "hand"], ["compare", "columns-2"], ["ruler", "ruler"], ["words", "text-search"], ["model", "rotate-3d"],
-  ["spine", "between-vertical-start"], ["turn", "refresh-cw"], ["light", "sun"]];
+  ["spine", "between-vertical-start"], ["outline", "scan-line"], ["mask", "focus"], ["crop", "maximize"], ["turn", "refresh-cw"], ["light", "sun"]];
 const ASK_KEYS = { j: 1, k: -1 };
-const TOOL_KEYS = { s: "spine", t: "turn", l: "light" };
+const TOOL_KEYS = { s: "spine", o: "outline", x: "mask", c: "crop", t: "turn", l: "light" };
 
 class PageScreen {
   constructor() {
@@ -40,7 +42,8 @@ class PageScreen {
     this.words = new Words(this.viewer, (page) => { select(page); return this.update(); });
     this.model = new ModelView();
     this.draft = new Draft(() => this.showDraft());
-    this.hands = { spine: new LayoutTool(this.draft), turn: new TurnTool(this.draft, this.viewer), light: new LightTool(this.draft) };
+    this.hands = { spine: new LayoutTool(this.draft, this.viewer), outline: new OutlineTool(this.draft, this.viewer),
+      mask: new MaskTool(this.draft, this.viewer), crop: new CropTool(this.draft, this.viewer), turn: new TurnTool(this.draft, this.viewer), light: new LightTool(this.draft) };
     for (const hand of Object.values(this.hands)) hand.apply = () => this.apply();
     this.drafted = draftPanel(this.draft);
     this.asks = askList((step) => this.goAsking(step));
@@ -148,7 +151,8 @@ class PageScreen {
 
   showDraft() {
     this.drafted.show();
-    this.hands[this.tool]?.show();
+    if (this.row && this.wasOnScan !== this.isOnScan) this.use(this.tool);
+    else this.hands[this.tool]?.show();
     this.showBefore();
   }
 
@@ -169,19 +173,25 @@ class PageScreen {
     return Boolean(this.row?.restore && !this.row.failed && this.leaf?.layers.includes("page"));
   }
 
+  /** Whether the tool works on the scanner's picture. */
+  get isOnScan() {
+    return Boolean(this.row && this.hands[this.tool]?.isOnScan) && !this.isEarlier;
+  }
+
   async use(tool) {
     this.tool = tool;
+    this.wasOnScan = this.isOnScan;
     this.tools.show(tool);
     this.end();
-    const drawn = this.flat;
+    const drawn = this.flat || this.isOnScan;
     for (const [name, panel] of [["compare", this.compareBox], ["ruler", this.ruler.element], ["words", this.words.element]]) panel.hidden = !drawn || tool !== name;
     for (const [name, hand] of Object.entries(this.hands)) hand.element.hidden = !this.row || tool !== name;
-    this.layers.element.hidden = !drawn || tool === "model";
+    this.layers.element.hidden = !this.flat || this.isOnScan || tool === "model";
     this.viewer.element.hidden = !drawn || tool === "model";
     this.model.element.hidden = !drawn || tool !== "model";
     this.zooms.hidden = !drawn || tool === "model";
     this.empty.hidden = drawn;
-    this.earlier.hidden = !drawn || tool === "model";
+    this.earlier.hidden = !this.flat || tool === "model";
     this.showBefore();
     if (!drawn || tool === "model") this.startHand();
     if (!drawn) return this.showEmpty();
@@ -219,6 +229,9 @@ class PageScreen {
   }
 
   showLayers() {
+    if (this.isOnScan) {
+      return this.viewer.show({ key: `${this.row.capture} original`, isScan: true }, [{ event: this.row.capture, layer: "original" }]);
+    }
     if (!this.flat) return undefined;
     const [event, leaf] = this.pictured();
     const { page_px: [width, height], dpi, prefix } = leaf;
