@@ -78,7 +78,7 @@ def make_folder(folder: Path, made: Path, entries: int, rng: Random) -> tuple[Co
         KINDS[kind](place / name, rng)
         kinds[kind] += 1
         if kind == "folder":
-            places.append(place / name)
+            places.append(_with(place / name, ""))
     return kinds, good
 
 

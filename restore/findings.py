@@ -318,6 +318,10 @@ CODES: Mapping[str, Code] = {
         "note", "the corrections of the part {part} are not used: the scan gives {parts}. Check the layout"
     ),
     "facing_strip": Code("note", "a strip of the facing page, {width_mm:.0f} mm wide, is not restored"),
+    "gutter_hidden": Code(
+        "warning",
+        "the gutter gave no range over {width_mm:.0f} mm: the leaves are two sheets, and two pages",
+    ),
     "print_over_spine": Code(
         "note", "print runs over the spine along {share:.1%} of its height: the whole is one page", "height"
     ),
@@ -329,6 +333,11 @@ CODES: Mapping[str, Code] = {
     ),
     # Corrections by hand
     "removed_by_hand": Code("note", "{share:.1%} of the page was removed by hand", "page"),
+    "size_differs": Code(
+        "warning",
+        "the page is {width_mm:.1f} × {height_mm:.1f} mm, and {given_width_mm:g} × {given_height_mm:g} mm were given. "
+        "Check outline and spine, or the given size",
+    ),
     "turn_undecided": Code(
         "warning",
         "the text does not show which side of the page is up: it stays as the scanner saw it. Rotate it with "

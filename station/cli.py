@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from station.commands.about import about
 from station.commands.batch import batch
 from station.commands.calibrate import axis, board, calibrate
 from station.commands.capture import capture
@@ -95,7 +96,13 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
     "Scanner": {"devices": devices, "query": query, "park": park, "trace": trace},
     "Maintenance": {"compile": compile_command},
 }
-SESSION_COMMANDS: dict[str, Callable[..., None]] = {"edits": edits, "apply": apply, "order": order, "labels": labels}
+SESSION_COMMANDS: dict[str, Callable[..., None]] = {
+    "edits": edits,
+    "apply": apply,
+    "order": order,
+    "labels": labels,
+    "about": about,
+}
 for name, command in SESSION_COMMANDS.items():
     sessions.command(name)(with_verbosity(command))
 for panel, commands in COMMANDS.items():

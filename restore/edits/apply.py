@@ -15,10 +15,10 @@ from restore.layout.find import Inspected, inspect, untimed
 from restore.layout.finding import BookPrior
 from restore.layout.leaves import Leaves, leaves_of
 from restore.layout.split import range_image_of
-from restore.prepared.separate import SeparateSheet
+from restore.prepared.separate import LeafSpine, SeparateSheet
 from restore.range_image.segmentation.segment import MIN_SHARE
 from restore.runtime.arguments import checks_types
-from restore.scan import Floats, RangeScan, ScannedSheet, SurfaceMesh
+from restore.scan import Floats, Mask, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
 
 SPINE_POINTS = 33  # on the polyline that was drawn
@@ -108,11 +108,15 @@ def _corrected(inspected: Inspected, sheet: ScannedSheet, part: PartEdits) -> Sc
         paper = inside_polygon(checked_polygon(part.outline, size, "outline"), places)
         if not (paper & segmented.scan.measured).any():
             raise BadInput("outline: nothing was measured inside it", "draw it round the page")
+        if sheet.spine is not None:  # the spine stays where it is
+            paper &= _on_side(sheet.spine, sheet.part, paper.shape[1])
         samples, inside = paper & segmented.scan.measured, paper
     erased = np.zeros(inside.shape, bool)
     for number, mask in enumerate(part.masks):
         area = inside_polygon(checked_polygon(mask.polygon, size, f"masks.{number}"), places)
         if mask.what == "keep":
+            if sheet.spine is not None:
+                area &= _on_side(sheet.spine, sheet.part, area.shape[1])
             samples, inside = samples | (area & segmented.scan.measured), inside | area
         else:
             erased |= area
@@ -123,6 +127,12 @@ def _corrected(inspected: Inspected, sheet: ScannedSheet, part: PartEdits) -> Sc
     return replace(
         sheet, segmented=corrected, prepared=None, of_mesh=of_mesh, erased=erased, rotate_deg=part.rotate_deg
     )
+
+
+def _on_side(spine: LeafSpine, side: str, width: int) -> Mask:
+    """Return which samples (rows, cols) are on a leaf's side of its spine."""
+    past = np.arange(width) - spine.cols[:, None]
+    return np.asarray(past <= 0 if side == "left" else past >= 0)
 
 
 def _places(scan: RangeScan) -> tuple[Floats, tuple[int, int]]:

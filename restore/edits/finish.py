@@ -5,6 +5,7 @@ Quarter turns and the crop.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,12 +14,15 @@ from numpy.typing import NDArray
 
 from restore.edits.model import Crop, PartEdits
 from restore.errors import NotEnoughSurface
+from restore.findings import Finding
 from restore.orientation import rotate_page
+from restore.outline.rectangle import page_size
 from restore.page import RestoredPage
 from restore.scan import Ints
 from restore.texture.coverage import CoverageClass
 from restore.texture.page import MM_PER_INCH, PAPER
 
+SIZE_MM = 2.0  # by which a page may differ from the size that was given: leaves of a book differ by less
 EMPTY = {"image": PAPER, "master": PAPER, "coverage": CoverageClass.OUTSIDE, "mask": False, "page_source": 255}
 
 
@@ -32,8 +36,39 @@ def finish_page(page: RestoredPage, part: PartEdits) -> RestoredPage:
     >>> finish_page(page, PartEdits(turn=1)).image.shape
     (118, 59, 3)
     """
+    size = size_before_rotation(page, part.rotate_deg)
+    found = page.findings + size_findings(size[::-1] if part.turn % 2 else size, part)
     page = crop_page(rotate_page(page, 90 * part.turn), part.crop)
-    return replace(page, report={**page.report, "edits": part.model_dump(mode="json", exclude_defaults=True)})
+    given = part.model_dump(mode="json", exclude_defaults=True)
+    report = {**page.report, "edits": given, "findings": [one.as_json() for one in found]}
+    return replace(page, report=report, findings=found)
+
+
+def size_before_rotation(page: RestoredPage, degrees: float) -> tuple[float, float]:
+    """Return width and height of a page or leaf, mm, without its rotation by hand."""
+    fine = page.fine
+    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    width, height = page_size(fine.flat[fine.topology.border] @ np.array([[cos, sin], [-sin, cos]]))
+    facing = page.report["coverage"]["facing"]  # of the leaf's own width
+    return float(width * (1.0 - facing)), float(height)
+
+
+def size_findings(size_mm: Sequence[float], part: PartEdits) -> tuple[Finding, ...]:
+    """Report a page of another size than was given. Nothing is scaled.
+
+    size_mm: width and height of the page as it is read.
+
+    >>> [one.code for one in size_findings((120.0, 173.0), PartEdits(size_mm=(120.0, 170.0)))]
+    ['size_differs']
+    """
+    if (
+        part.size_mm is None
+        or not size_mm
+        or max(abs(a - b) for a, b in zip(size_mm, part.size_mm, strict=True)) <= SIZE_MM
+    ):
+        return ()
+    names = ("width_mm", "height_mm", "given_width_mm", "given_height_mm")
+    return (Finding.of("size_differs", **dict(zip(names, (*size_mm, *part.size_mm), strict=True))),)
 
 
 def crop_page(page: RestoredPage, crop: Crop) -> RestoredPage:

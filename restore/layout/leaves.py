@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from restore.errors import BadInput
 from restore.findings import Finding
 from restore.layout.decide import PRINT
 from restore.layout.find import Inspected, inspect, untimed
@@ -73,9 +72,11 @@ def leaves_of(inspected: Inspected, layout: Layout, overlap_mm: float = OVERLAP_
     advice: Advice = finding.advice if layout == "auto" else layout
     if finding.gutter_hidden_mm:
         leaves: dict[str, ScannedSheet] = {sheet.part: sheet for sheet in inspected.sheets if sheet.part}
-        if advice == "whole":
-            raise BadInput("the gutter gave no range, so the leaves are two sheets", "use --layout split")
-        found = Leaves(finding, leaves if advice == "split" else {advice: leaves[advice]})
+        if advice in ("whole", "split"):  # two sheets cannot be one page, and neither is lost
+            notes = (Finding.of("gutter_hidden", width_mm=finding.gutter_hidden_mm),) if advice == "whole" else ()
+            found = Leaves(finding, leaves, notes)
+        else:
+            found = Leaves(finding, {advice: leaves[advice]})
     elif advice in ("whole", "ask"):
         found = _whole(inspected, () if layout == "whole" else _notes(finding))
     else:

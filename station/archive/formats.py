@@ -17,3 +17,17 @@ class Format(StrEnum):
     PDF = "pdf"
     TIFF = "tiff"
     MESH = "mesh"
+
+
+class Parts(StrEnum):
+    """What of an opened book is delivered: leaves, or the whole where it was kept."""
+
+    AUTO = "auto"
+    WHOLE = "whole"
+
+
+class Overlap(StrEnum):
+    """What becomes of the strip of the facing page next to the spine."""
+
+    KEEP = "keep"
+    TRIM = "trim"

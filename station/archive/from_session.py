@@ -6,24 +6,35 @@ Current scans, their current derivatives, and the events that made both.
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from datetime import datetime
+from itertools import groupby
 from typing import Any, Literal
 
 from restore import BadInput, RangeScan, SurfaceMesh, load_scan
 from restore.files import read_regular
-from station.archive.volume import Event, Page, Role, StoredFile, Volume
+from station.archive.volume import Event, Page, Role, Section, StoredFile, Volume
 from station.session import Event as SessionEvent
 from station.session import History, Session, scan_path
 from station.session import Page as SessionPage
-from station.session.corrections import outdated_pages
-from station.session.leaves import Leaf, delivered_leaves
-from station.session.parts import PAGE, RESTORE, part_of_file, parts_of
+from station.session.about import about_of
+from station.session.corrections import effective_edits, outdated_pages
+from station.session.events import VOLUME
+from station.session.leaves import DASH, UNCOUNTED, Leaf, is_spread, leaves_of, runs_of
+from station.session.parts import PAGE, RESTORE, file_of, part_of_file, parts_of
 from station.session.photographs import is_set
+from station.session.rules import EDITS, RULES
 
 # In the vocabulary of preservation events of the Library of Congress.
-KINDS = {"capture": "capture", "restore": "creation", "verdict": "validation"}
+KINDS = {
+    "capture": "capture",
+    "restore": "creation",
+    "verdict": "validation",
+    EDITS: "modification",
+    RULES: "modification",
+}
 DERIVED, CHECKED = "creation", "metadata extraction"  # other stages, with files and without
 ROLES = {
     ".png": Role.PAGE,
@@ -40,24 +51,62 @@ MAX_SCAN_RECORD = 2**20
 CORRECTED = "corrected since it was restored: planish batch restores it"
 
 
-def volume_of(session: Session) -> Volume:
+def volume_of(session: Session, *, whole: bool = False) -> Volume:
     """Return the volume of a session, as its pointers show it now.
 
-    Raises OSError for a file that is missing.
+    whole: deliver an opened book that was restored whole, too, as one page. Raises OSError for a file that is missing.
     """
     pages, outdated = list(session.history.pages()), frozenset(outdated_pages(session))
     events = [event for page in pages for event in _events_of(page)]
     names = {event.number: _names(event) for event in events}
+    rules = session.history.page(VOLUME).decisions.get(RULES)
     first = session.history.event(1)
+    delivered = list(_delivered(session, outdated, whole=whole))
     return Volume(
         session.identifier,
         session.volume.title,
-        tuple(_page(session, leaf, outdated) for leaf in delivered_leaves(session)),
-        tuple(_event(event, names, session.history) for event in events),
+        tuple(page for page, _ in delivered),
+        tuple(_event(event, names, session.history) for event in ([] if rules is None else [rules]) + events),
         datetime.fromisoformat(first.time),
         session.volume.project,
         session.volume.organisation,
+        about_of(session.history),
+        tuple(_sections(delivered)),
     )
+
+
+def _delivered(session: Session, outdated: Collection[int], *, whole: bool) -> Iterator[tuple[Page, str]]:
+    """Yield the pages that are delivered, each with the start of its run of labels."""
+    starts, run, number = {one.start for one in runs_of(session)}, "", 0
+    done = set[int]()
+    for leaf in leaves_of(session):
+        run = leaf.name if leaf.name in starts else run
+        if leaf.is_left_out or leaf.page.number in done:
+            continue
+        number += 1
+        if whole and (both := _whole(session, leaf)) is not None:
+            done.add(leaf.page.number)
+            leaf = both
+        yield _page(session, leaf, number, outdated), run
+
+
+def _whole(session: Session, leaf: Leaf) -> Leaf | None:
+    """Return the whole that was kept next to the leaves of an opened book, None without one."""
+    run = leaf.page.runs.get(RESTORE)
+    if run is None or leaf.part == PAGE or file_of(run, PAGE) is None or len(parts_of(run.facts["result"])) == 1:
+        return None
+    leaves = [one for one in leaves_of(session) if one.page.number == leaf.page.number]
+    labels = tuple(label for one in leaves for label in one.labels)
+    return replace(leaf, part=PAGE, labels=labels, side="", report=run.facts["result"]["parts"].get(PAGE, {}))
+
+
+def _sections(delivered: Sequence[tuple[Page, str]]) -> Iterator[Section]:
+    """Yield successive pages of one run of labels, or of one kind that is not counted."""
+    kinds = [(run, page.kind if page.kind in UNCOUNTED else "") for page, run in delivered]
+    for (_, kind), group in groupby(zip(kinds, delivered, strict=True), key=lambda pair: pair[0]):
+        pages = [page for _, (page, _) in group]
+        labels = list(dict.fromkeys((pages[0].label, pages[-1].label)))
+        yield Section(kind or DASH.join(labels), kind or "run", tuple(page.number for page in pages))
 
 
 def scan_of(session: Session, page: Page) -> RangeScan | SurfaceMesh:
@@ -75,23 +124,44 @@ def scan_of(session: Session, page: Page) -> RangeScan | SurfaceMesh:
 
 
 def _events_of(page: SessionPage) -> Iterator[SessionEvent]:
-    """The current capture of a page, and the current runs on it in their order."""
+    """Yield the current capture of a page, its corrections, and the current runs on it."""
     if page.capture is not None:
         yield page.capture
+    if EDITS in page.decisions:
+        yield page.decisions[EDITS]
     yield from sorted(page.runs.values(), key=lambda event: event.number)
 
 
-def _page(session: Session, leaf: Leaf, outdated: Collection[int]) -> Page:
-    files = [file for event in _events_of(leaf.page) for file in _files(session, event, leaf.part)]
+def _page(session: Session, leaf: Leaf, number: int, outdated: Collection[int]) -> Page:
+    page, size = leaf.page, leaf.report.get("leaf_mm", leaf.report.get("page_mm"))
+    files = [file for event in _events_of(page) for file in _files(session, event, leaf.part)]
+    edits = page.decisions.get(EDITS)
     return Page(
-        leaf.position,
-        leaf.label or str(leaf.position),
+        number,
+        leaf.label or str(number),
         tuple(files),
         SIDES.get(leaf.side, ""),
-        _provenance(session, leaf.page.capture),
+        _provenance(session, page.capture),
         leaf.name,
-        "; ".join([*([CORRECTED] if leaf.page.number in outdated else []), *map(MISSING.format, leaf.missing)]),
+        "; ".join([*([CORRECTED] if page.number in outdated else []), *map(MISSING.format, leaf.missing)]),
+        page.number,
+        leaf.part,
+        leaf.kind or ("spread" if len(leaf.labels) > 1 else ""),
+        is_spread(leaf) or len(leaf.labels) > 1,
+        _spine(session, leaf),
+        None if size is None else (float(size[0]), float(size[1])),
+        "" if edits is None else _identifier(edits),
     )
+
+
+def _spine(session: Session, leaf: Leaf) -> tuple[tuple[float, float], ...]:
+    """Return the spine that a leaf was cut at, px of the image; empty for a page."""
+    if leaf.part == PAGE:
+        return ()
+    layout = leaf.report.get("layout", {})
+    found = layout.get("spine") if layout.get("frame") == "picture" else None
+    drawn = (effective_edits(session, leaf.page) or {}).get("spine") or found or ()
+    return tuple((float(x), float(y)) for x, y in drawn)
 
 
 def _files(session: Session, event: SessionEvent, part: str) -> Iterator[StoredFile]:
@@ -102,7 +172,7 @@ def _files(session: Session, event: SessionEvent, part: str) -> Iterator[StoredF
         if several and of not in (part, PAGE):
             continue
         where = session.path(event, path)
-        whole = several and of == PAGE  # the whole, kept next to its leaves
+        whole = several and of == PAGE != part  # the whole, kept next to its leaves
         role = Role.ORIGINAL if event.kind == "capture" else Role.OTHER if whole else ROLES.get(ending, Role.OTHER)
         yield StoredFile(where, name, role, digest, where.stat().st_size, _identifier(event))
 
@@ -120,17 +190,29 @@ def _event(event: SessionEvent, names: dict[int, tuple[str, ...]], history: Hist
     sources = [name for one in event.inputs for name in names.get(one.event, _names(history.event(one.event)))]
     kind = KINDS.get(event.name, DERIVED if event.files else CHECKED)
     facts = {name: value for name, value in event.facts.items() if name != "parameters"}
+    parameters = event.facts.get("parameters", {})
+    if event.name in (EDITS, RULES):
+        parameters = {event.name: facts.pop("value", None)}
     return Event(
         _identifier(event),
         kind,
         datetime.fromisoformat(event.time),
         event.software,
-        f"{event.name}, page {event.page}",
+        f"{event.name}, " + (f"page {event.page}" if event.page else "volume"),
         tuple(sources),
         _names(event),
-        event.facts.get("parameters", {}),
+        parameters,
         facts,
+        _operator(event),
     )
+
+
+def _operator(event: SessionEvent) -> str:
+    """Return who made corrections or the latest rule; empty for other events."""
+    value = event.facts.get("value")
+    edits = value[-1].get("edits") if isinstance(value, list) and value and event.name == RULES else value
+    by = edits.get("by") if event.name in (EDITS, RULES) and isinstance(edits, dict) else None
+    return str(by.get("operator", "")) if isinstance(by, dict) else ""
 
 
 def _identifier(event: SessionEvent) -> str:

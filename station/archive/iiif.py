@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlsplit
@@ -26,6 +26,11 @@ TILE = 512  # pixels, the side that the API's own examples have; 4 × 3 tiles fi
 QUALITY = 90  # of JPEG: masters are in the other formats
 IMAGE_CONTEXT = "http://iiif.io/api/image/3/context.json"
 PRESENTATION_CONTEXT = "http://iiif.io/api/presentation/3/context.json"
+# Addresses that `rights` of a manifest may have; others are metadata.
+RIGHTS = tuple(
+    f"{scheme}://{host}/" for scheme in ("http", "https") for host in ("creativecommons.org", "rightsstatements.org")
+)
+NON_PAGED = frozenset({"target", "insert"})
 MANIFEST, IMAGES = "manifest.json", "images"
 NO_ADDRESS = re.compile(r"[\s<>\"{}|\\^`?#]")  # what no URI has (RFC 3986), and what begins a query or a fragment
 
@@ -123,16 +128,47 @@ def encode_manifest(volume: Volume, images: Sequence[PageImage], address: str) -
         "type": "Manifest",
         "label": _text(volume.title),
         "metadata": [
-            {"label": {"en": [name]}, "value": _text(value)}
-            for name, value in (("Identifier", volume.identifier), ("Collection", volume.project))
-            if value
+            {"label": {"en": [name]}, "value": {"none": list(values)}} for name, values in _metadata(volume) if values
         ],
         "behavior": ["paged" if any(image.page.side for image in images) else "individuals"],
         "items": [_canvas(image, address) for image in images],
     }
-    if volume.organisation:
-        manifest["requiredStatement"] = {"label": {"en": ["Held by"]}, "value": _text(volume.organisation)}
+    if volume.about.direction:
+        manifest["viewingDirection"] = "right-to-left" if volume.is_rtl else "left-to-right"
+    if volume.about.rights.startswith(RIGHTS):
+        manifest["rights"] = re.sub("^https:", "http:", volume.about.rights)
+    owner = volume.about.owner or volume.organisation
+    if owner:
+        manifest["requiredStatement"] = {"label": {"en": ["Held by"]}, "value": _text(owner)}
+        manifest["provider"] = [{"id": f"{address}/#provider", "type": "Agent", "label": _text(owner)}]
+    if ranges := list(_ranges(volume, {image.page.number for image in images}, address)):
+        manifest["structures"] = ranges
     return _encode(manifest)
+
+
+def _metadata(volume: Volume) -> Iterator[tuple[str, Sequence[str]]]:
+    """Yield what is known of a volume, with the names that a viewer shows."""
+    about = volume.about
+    yield "Identifier", [volume.identifier, *(one.value for one in about.identifiers)]
+    yield "Collection", list(filter(None, [volume.project]))
+    yield "Creator", about.creators
+    for name in ("date", "place", "publisher", "language", "shelfmark", "extent"):
+        yield name.capitalize(), list(filter(None, [getattr(about, name)]))
+    yield "Rights", [] if about.rights.startswith(RIGHTS) or not about.rights else [about.rights]
+
+
+def _ranges(volume: Volume, shown: Collection[int], address: str) -> Iterator[Mapping[str, Any]]:
+    """Yield a range for each section of which pages are shown."""
+    for number, section in enumerate(volume.sections, 1):
+        pages = [page for page in section.pages if page in shown]
+        canvases = [{"id": f"{address}/canvas/{page:04}", "type": "Canvas"} for page in pages]
+        if canvases:
+            yield {
+                "id": f"{address}/range/{number}",
+                "type": "Range",
+                "label": _text(section.label),
+                "items": canvases,
+            }
 
 
 def scale_factors(width: int, height: int) -> list[int]:
@@ -163,7 +199,9 @@ def _canvas(image: PageImage, address: str) -> Mapping[str, Any]:
     canvas, service = f"{address}/canvas/{number}", f"{address}/{image.folder}"
     small = _reduced(image.width, image.height, scale_factors(image.width, image.height)[-1])
     services = [{"id": service, "type": "ImageService3", "profile": "level0"}]
+    kind = "facing-pages" if image.page.is_spread else "non-paged" if image.page.kind in NON_PAGED else ""
     return {
+        **({"behavior": [kind]} if kind else {}),
         "id": canvas,
         "type": "Canvas",
         "label": _text(image.page.label),

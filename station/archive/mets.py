@@ -34,7 +34,9 @@ def encode_mets(volume: Volume, images: Mapping[str, ImageFacts], *, now: dateti
         _description(volume),
         element(f"{METS}amdSec", _technical(volume, images, ids), _events(volume), ID="administration"),
         element(f"{METS}fileSec", _groups(volume, images, ids)),
-        _structure(volume, ids),
+        _structure(volume, images, ids),
+        _sections(volume),
+        _links(volume),
         OBJID=volume.identifier,
         LABEL=volume.title,
         TYPE="volume",
@@ -44,6 +46,7 @@ def encode_mets(volume: Volume, images: Mapping[str, ImageFacts], *, now: dateti
 
 
 def _header(volume: Volume, now: datetime) -> Element:
+    owner = volume.about.owner or volume.organisation
     return element(
         f"{METS}metsHdr",
         element(
@@ -53,22 +56,29 @@ def _header(volume: Volume, now: datetime) -> Element:
             TYPE="OTHER",
             OTHERTYPE="SOFTWARE",
         ),
-        element(f"{METS}agent", element(f"{METS}name", volume.organisation), ROLE="CUSTODIAN", TYPE="ORGANIZATION")
-        if volume.organisation
+        element(f"{METS}agent", element(f"{METS}name", owner), ROLE="CUSTODIAN", TYPE="ORGANIZATION")
+        if owner
         else None,
         CREATEDATE=now.isoformat(timespec="seconds"),
     )
 
 
 def _description(volume: Volume) -> Element:
-    """Title, identifier and collection in Dublin Core."""
+    """What is known of the volume in Dublin Core."""
+    about = volume.about
     data = element(
         f"{METS}xmlData",
-        element(f"{DC}title", volume.title),
+        element(f"{DC}title", about.title or volume.title),
+        [element(f"{DC}creator", creator) for creator in about.creators],
         element(f"{DC}identifier", volume.identifier),
+        [element(f"{DC}identifier", one.value) for one in about.identifiers],
+        optional(f"{DC}source", about.shelfmark),
+        optional(f"{DC}language", about.language),
+        optional(f"{DC}format", about.extent),
+        optional(f"{DC}rights", about.rights),
         optional(f"{DC}relation", volume.project),
-        optional(f"{DC}publisher", volume.organisation),
-        element(f"{DC}date", volume.created.date().isoformat()),
+        optional(f"{DC}publisher", about.publisher or volume.organisation),
+        element(f"{DC}date", about.date or volume.created.date().isoformat()),
     )
     return element(f"{METS}dmdSec", element(f"{METS}mdWrap", data, MDTYPE="DC"), ID=DESCRIPTION)
 
@@ -122,16 +132,87 @@ def _file(file: StoredFile, identifier: str, events: Mapping[str, str], *, image
     )
 
 
-def _structure(volume: Volume, ids: Mapping[str, str]) -> Element:
-    pages = (_page(page, ids) for page in volume.pages)
-    sequence = element(f"{METS}div", pages, TYPE="physSequence", LABEL=volume.title, DMDID=DESCRIPTION)
+def _structure(volume: Volume, images: Mapping[str, ImageFacts], ids: Mapping[str, str]) -> Element:
+    pages = (_page(page, images, ids) for page in volume.pages)
+    sequence = element(
+        f"{METS}div", pages, TYPE="physSequence", LABEL=volume.title, DMDID=DESCRIPTION, ID=_div_id("sequence")
+    )
     return element(f"{METS}structMap", sequence, TYPE="PHYSICAL")
 
 
-def _page(page: Page, ids: Mapping[str, str]) -> Element:
-    pointers = (element(f"{METS}fptr", FILEID=ids[file.name]) for file in page.files)
+def _page(page: Page, images: Mapping[str, ImageFacts], ids: Mapping[str, str]) -> Element:
+    pointers = (_pointer(page, file, images.get(file.name), ids[file.name]) for file in page.files)
     label = f"{page.label} ({page.side})" if page.side else page.label
-    return element(f"{METS}div", pointers, TYPE="page", ORDER=page.number, ORDERLABEL=page.label, LABEL=label)
+    return element(
+        f"{METS}div",
+        pointers,
+        TYPE="page",
+        ORDER=page.number,
+        ORDERLABEL=page.label,
+        LABEL=label,
+        ID=_div_id(page.number),
+    )
+
+
+def _pointer(page: Page, file: StoredFile, image: ImageFacts | None, identifier: str) -> Element:
+    """Refer to a file; to the part of it that a leaf side is, where the image shows both."""
+    if image is None or file.role is not Role.ORIGINAL or not page.spine:
+        return element(f"{METS}fptr", FILEID=identifier)
+    coordinates = ",".join(f"{value}" for point in leaf_polygon(page, image.width, image.height) for value in point)
+    area = element(f"{METS}area", FILEID=identifier, SHAPE="POLY", COORDS=coordinates)
+    return element(f"{METS}fptr", area)
+
+
+def leaf_polygon(page: Page, width: int, height: int) -> list[tuple[int, int]]:
+    """Return the corners of the part of an image, in pixels, that a leaf side is.
+
+    Its spine goes on straight to the upper and lower edge of the image.
+    """
+    (x0, y0), (x1, y1) = page.spine[0], page.spine[-1]
+    slope = (x1 - x0) / (y1 - y0) if y1 != y0 else 0.0
+    ends = (x0 - slope * y0, 0.0), (x1 + slope * (height - 1 - y1), height - 1.0)
+    line = [ends[0], *page.spine, ends[1]]
+    spine = [(min(max(round(x), 0), width - 1), min(max(round(y), 0), height - 1)) for x, y in line]
+    far = 0 if page.part == "left" else width - 1
+    return [(far, 0), *dict.fromkeys(spine), (far, height - 1)]
+
+
+def _sections(volume: Volume) -> Element | None:
+    """The runs of labels, covers and inserts as the logical structure."""
+    if not volume.sections:
+        return None
+    kinds = (
+        element(
+            f"{METS}div",
+            TYPE=section.kind,
+            LABEL=section.label,
+            ORDER=number,
+            ID=_div_id(f"section.{number}"),
+        )
+        for number, section in enumerate(volume.sections, 1)
+    )
+    whole = element(f"{METS}div", kinds, TYPE="volume", LABEL=volume.title, DMDID=DESCRIPTION, ID=_div_id("volume"))
+    return element(f"{METS}structMap", whole, TYPE="LOGICAL")
+
+
+def _links(volume: Volume) -> Element | None:
+    """Which pages each section has, and that the volume is the whole sequence."""
+    if not volume.sections:
+        return None
+    pairs = [("volume", "sequence")]
+    pairs += [(f"section.{n}", str(page)) for n, section in enumerate(volume.sections, 1) for page in section.pages]
+    return element(f"{METS}structLink", [_link(*pair) for pair in pairs])
+
+
+def _link(logical: str, physical: str) -> Element:
+    link = element(f"{METS}smLink")
+    link.set(f"{XLINK}from", _div_id(logical))
+    link.set(f"{XLINK}to", _div_id(physical))
+    return link
+
+
+def _div_id(name: str | int) -> str:
+    return f"div.{name}"
 
 
 def _event_id(event: Event) -> str:

@@ -14,7 +14,7 @@ from station.archive.xml import PREMIS, XSI, element, optional
 VERSION = "2.3"
 LOCAL = "local"  # identifiers that are unique within the volume
 SOURCE, OUTCOME = "source", "outcome"  # eventRelatedObjectRole of the Library of Congress
-EXECUTES = "executing program"
+EXECUTES, DECIDES = "executing program", "implementer"
 
 
 def encode_object(file: StoredFile) -> Element:
@@ -69,6 +69,7 @@ def encode_event(event: Event) -> Element:
             else element(f"{PREMIS}eventOutcomeDetail", optional(f"{PREMIS}eventOutcomeDetailNote", note)),
         ),
         _linked("Agent", event.agent, EXECUTES),
+        _linked("Agent", event.operator, DECIDES) if event.operator else None,
         [_linked("Object", name, SOURCE) for name in event.sources],
         [_linked("Object", name, OUTCOME) for name in event.results],
         version=VERSION,
@@ -76,16 +77,18 @@ def encode_event(event: Event) -> Element:
 
 
 def encode_agents(volume: Volume) -> dict[str, Element]:
-    """The programs of all events, by their names with version."""
+    """The programs and operators of all events, by their names; programs with version."""
+    agents = {event.agent: "software" for event in volume.events}
+    agents = {event.operator: "person" for event in volume.events if event.operator} | agents
     return {
         name: element(
             f"{PREMIS}agent",
             _identifier("agent", name),
             element(f"{PREMIS}agentName", name),
-            element(f"{PREMIS}agentType", "software"),
+            element(f"{PREMIS}agentType", kind),
             version=VERSION,
         )
-        for name in dict.fromkeys(event.agent for event in volume.events)
+        for name, kind in agents.items()
     }
 
 

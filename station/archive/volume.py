@@ -6,12 +6,14 @@ nothing of where and how a session keeps its files.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, Literal
+
+from station.session.about import RTL, About
 
 
 class Role(StrEnum):
@@ -61,6 +63,7 @@ class StoredFile:
     path    where it is now.
     name    its name in an export: relative, parts joined by /.
     sha512  hexadecimal. size: bytes. event: identifier of the event that made it.
+    made    content that an export has in its place; sha512 and size are of that. None for a copy.
     """
 
     path: Path
@@ -69,6 +72,7 @@ class StoredFile:
     sha512: str
     size: int
     event: str
+    made: Callable[[], bytes] | None = None
 
     @property
     def media_type(self) -> str:
@@ -83,7 +87,7 @@ class Event:
     kind        in the words of the Library of Congress's vocabulary of preservation events, where it has one.
     agent       the software, with its version.
     sources     names of files that it read. results: of those that it made.
-    parameters  of the step, JSON values. facts: what it found.
+    parameters  of the step, JSON values. facts: what it found. operator: who decided; empty for a program's step.
     """
 
     identifier: str
@@ -95,6 +99,19 @@ class Event:
     results: tuple[str, ...] = ()
     parameters: Mapping[str, Any] = field(default_factory=dict)
     facts: Mapping[str, Any] = field(default_factory=dict)
+    operator: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """Successive pages of a volume that are numbered in one way, or of one kind.
+
+    kind: run, or the kind of a page that is not counted, as cover. pages: their numbers.
+    """
+
+    label: str
+    kind: str
+    pages: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -106,6 +123,11 @@ class Page:
     provenance  of its scan: device, lens, time, … (JSON values).
     name        what the session calls it: `12`, or `12/left` for a leaf of an opened book.
     problem     why it is not as it should be; empty where none is known.
+    capture     number of its scan in the session. part: page, left or right of that.
+    kind        of what it shows, as of `PageEdits`; empty where it is not known.
+    is_spread   whether it is two leaf sides that stayed whole.
+    spine       of its scan, from head to tail, pixels of the colour image; empty without one.
+    size_mm     width and height. edits: identifier of the event that corrected it; empty without one.
     """
 
     number: int
@@ -115,6 +137,13 @@ class Page:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     name: str = ""
     problem: str = ""
+    capture: int = 0
+    part: str = "page"
+    kind: str = ""
+    is_spread: bool = False
+    spine: tuple[tuple[float, float], ...] = ()
+    size_mm: tuple[float, float] | None = None
+    edits: str = ""
 
     def find(self, *roles: Role) -> StoredFile | None:
         """The file of the first of these roles that it has."""
@@ -126,6 +155,7 @@ class Volume:
     """Volume: identifier, title, project, organisation, pages, events.
 
     The organisation is empty when not given; events are in their order.
+    about: its description. sections: of its pages, in their order.
     """
 
     identifier: str
@@ -135,6 +165,18 @@ class Volume:
     created: datetime
     project: str = ""
     organisation: str = ""
+    about: About = field(default_factory=About)
+    sections: tuple[Section, ...] = ()
+
+    @property
+    def shown_title(self) -> str:
+        """Its title, as it is described or as the session is called."""
+        return self.about.title or self.title
+
+    @property
+    def is_rtl(self) -> bool:
+        """Whether it is read from right to left."""
+        return self.about.direction == RTL
 
     @property
     def files(self) -> Iterator[StoredFile]:

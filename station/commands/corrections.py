@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from station.commands.options import Debug, Json
+from station.commands.options import Debug, Json, Language
 from station.commands.sessions import Index, Named, find_session, no_page, writing
 from station.commands.terminal import print_result, report_faults
 
@@ -170,6 +170,10 @@ def labels(
     ] = None,
     listed: Annotated[bool, typer.Option("--list", help="List the runs, then the leaves with their labels.")] = False,
     clear: Annotated[bool, typer.Option("--clear", help="Number the volume by its preset again.")] = False,
+    check_print: Annotated[
+        bool, typer.Option("--check-print", help="Compare with printed numbers by OCR; sets nothing.")
+    ] = False,
+    language: Language = "eng",
     index: Index = None,
     as_json: Json = False,
     debug: Debug = False,
@@ -186,8 +190,11 @@ def labels(
         from station.session.leaves import runs_of
         from station.session.ordering import leaves_named
 
-        if runs and clear:
-            raise UsageError("--run and --clear exclude each other", "give one of them")
+        if sum([bool(runs), clear, check_print]) > 1:
+            raise UsageError("--run, --clear and --check-print exclude each other", "give one of them")
+        if check_print:
+            print_result(_printed(read_session(find_session(index, session)), language, as_json))
+            return
         stored = read_session(find_session(index, session))
         parsed = [parse_run(text) for text in runs or []]
         for run in parsed:
@@ -199,6 +206,32 @@ def labels(
         if listed and not as_json:
             print_result("\n".join(f"run        {run.as_text()}" for run in runs_of(stored)) or "run        preset")
         print_result(_leaves(stored, as_json))
+
+
+def _printed(session: Session, language: str, as_json: bool) -> str:
+    """Return the labels of a volume next to the numbers that are printed on its pages."""
+    import json
+    import sys
+
+    from station.progress import progress_on
+    from station.session.printed import printed_numbers
+    from station.words.words import check_language, find_tesseract, recognise
+
+    check_language(find_tesseract(), language)
+    with progress_on(sys.stderr) as progress:
+        pages = list(
+            printed_numbers(
+                session, lambda image, dpi: recognise(image, dpi, name="page.png", language=language).text, progress
+            )
+        )
+    if as_json:
+        table = [
+            {"name": one.name, "label": one.label, "printed": one.printed, "differs": one.differs} for one in pages
+        ]
+        return json.dumps(table, indent=2, ensure_ascii=False)
+    differing = [f"{one.name:<9} {one.label:<10} printed {one.printed}" for one in pages if one.differs]
+    read = sum(bool(one.printed) for one in pages)
+    return "\n".join([*differing, f"{len(differing)} of {read} printed numbers differ, {len(pages)} leaves"])
 
 
 def _page(session: Session, name: str, number: int) -> Page:

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from station.archive.formats import Format
+from station.archive.formats import Format, Overlap, Parts
 from station.commands.options import Debug, Json, Out
 from station.commands.sessions import Index, Named, find_session
 from station.commands.terminal import print_result, report_faults
@@ -24,6 +24,12 @@ def export(
     to: Annotated[Format, typer.Option(help="Format of the export.")],
     output: Out,
     url: Url = "http://localhost:8000",
+    parts: Annotated[Parts, typer.Option(help="Opened books: leaves, or the whole where it was kept.")] = Parts.AUTO,
+    names: Annotated[
+        str,
+        typer.Option(metavar="number|label|PATTERN", help="Names of TIFF files and meshes, as {order:04}_{label}."),
+    ] = "number",
+    overlap: Annotated[Overlap, typer.Option(help="Strip of the facing page in images and PDF.")] = Overlap.KEEP,
     index: Index = None,
     as_json: Json = False,
     debug: Debug = False,
@@ -41,12 +47,14 @@ def export(
         address = folder_address(url)
         stored = read_session(find_session(index, session))
         delivery = deliver(
-            volume_of(stored),
+            volume_of(stored, whole=parts == Parts.WHOLE),
             to,
             output.absolute(),
             address=address,
             now=datetime.now(UTC),
             source=partial(scan_of, stored),
+            names=names,
+            trim=overlap == Overlap.TRIM,
             progress=progress,
         )
         if as_json:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from station.commands.by_hand import ByHand
 from station.commands.options import Config, Kinds, Out, Pictures, Reading, Restoration, Run, grouped, run_options
 from station.commands.terminal import print_result, report_faults
 from station.progress import progress_on
@@ -90,16 +91,19 @@ def restore(
     reading: Reading,
     pictures: Pictures,
     chosen: Restoration,
+    by_hand: ByHand,
     kinds: Kinds,
     run: Run,
 ) -> None:
     """Restore a page from a stored scan or mesh."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.run.destination import Destination
-        from station.run.edits import edits_of
+        from station.run.edits import check_saved, edits_of, save_edits
         from station.run.one_page import restore_file
 
-        edits = None if reading.no_edits else edits_of(scan, reading.edits)
+        edits = by_hand.over(None if reading.no_edits else edits_of(scan, reading.edits), reading.layout)
+        if by_hand.save_edits is not None:
+            check_saved(edits, by_hand.save_edits, force=run.force)
         read = {name: value for name, value in vars(reading).items() if name != "no_edits"} | {"edits": edits}
         outcome = restore_file(
             scan,
@@ -110,6 +114,8 @@ def restore(
             shots=pictures.extra_scan,
             progress=progress,
         )
+        if edits is not None and by_hand.save_edits is not None:
+            save_edits(edits, scan, by_hand.save_edits, force=run.force)
     print_report(outcome, run)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import io
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from restore.scan import Bytes
@@ -27,6 +27,7 @@ POINTS_PER_INCH = 72
 PNG_PREDICTOR = 15  # rows are stored as PNG stores them (ISO 32000-1, table 10)
 PNG_SIGNATURE = 8
 SRGB = "sRGB IEC61966-2.1"
+NOTHING: Mapping[str, str | list[str] | set[str]] = {}
 
 
 def encode_pdf(image: Bytes, dpi: float, words: Words, *, title: str, profile: bytes | None = None) -> bytes:
@@ -120,8 +121,13 @@ def tag_pages(pdf: pikepdf.Pdf, paragraphs: Sequence[int], language: str) -> Non
     pdf.Root.Lang = pikepdf.String(language)
 
 
-def declare(pdf: pikepdf.Pdf, intent: pikepdf.Object, title: str) -> None:
-    """Declare conformance to PDF/A-2b, the output intent and the title."""
+def declare(
+    pdf: pikepdf.Pdf, intent: pikepdf.Object, title: str, described: Mapping[str, str | list[str] | set[str]] = NOTHING
+) -> None:
+    """Declare conformance to PDF/A-2b, the output intent and the title.
+
+    described: further elements of Dublin Core, by their names in XMP.
+    """
     import pikepdf
 
     pdf.Root.OutputIntents = pikepdf.Array(
@@ -138,6 +144,8 @@ def declare(pdf: pikepdf.Pdf, intent: pikepdf.Object, title: str) -> None:
     del pdf.docinfo  # its entries would have to be repeated in XMP: XMP alone suffices
     with pdf.open_metadata(set_pikepdf_as_editor=False, update_docinfo=False) as metadata:
         metadata["dc:title"] = title
+        for name, value in described.items():
+            metadata[name] = value
         metadata["xmp:CreatorTool"] = software()
         metadata["pdfaid:part"], metadata["pdfaid:conformance"] = "2", "B"
 

@@ -9,7 +9,10 @@ from pathlib import Path
 from restore import BadInput, PageEdits, parse_edits
 from restore.files import read_regular
 from station.choices import EDITS_SUFFIX
+from station.errors import UsageError
 from station.run.one_page import stem_of
+from station.storage.atomic import refuse_existing, write_all
+from station.storage.session_folder import refuse_session
 
 MAX_BYTES = 2**16  # more than any corrections have; the format itself allows 48 KiB
 CHUNK_BYTES = 2**20
@@ -37,6 +40,24 @@ def edits_of(scan: Path, named: Path | None) -> PageEdits | None:
     if edits.scan is not None and scan.is_file() and edits.scan != digest_of(scan):
         raise BadInput(f"the corrections {path} were made on another scan", "make them again, or remove their key scan")
     return edits
+
+
+def check_saved(edits: PageEdits | None, path: Path, *, force: bool) -> None:
+    """Raise OverwriteError or UsageError where corrections cannot be written."""
+    if edits is None:
+        raise UsageError("--save-edits: the page has no corrections", "give some, as --outline, or leave it out")
+    refuse_session(path)
+    refuse_existing([path], force=force)
+
+
+def save_edits(edits: PageEdits, scan: Path, path: Path, *, force: bool) -> None:
+    """Write corrections that fit a scan, and no other one where it is a file.
+
+    Raises OverwriteError, OSError.
+    """
+    fitting = edits.model_copy(update={"scan": digest_of(scan) if scan.is_file() else None})
+    path = path.absolute()
+    write_all([(path, fitting.canonical() + b"\n")], force=force)
 
 
 def digest_of(scan: Path) -> str:

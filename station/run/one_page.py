@@ -278,7 +278,7 @@ def restore_scan(
     """
     start = clock()
     if options.layout == Layout.SINGLE and options.edits is None:
-        sheets = select_sheets(scan, options.sheets)
+        sheets = select_sheets(scan, options.sheets, both_leaves=options.both_leaves)
     else:
         sheets = select_leaves(scan, options.layout, options.settings, options.edits)
     source_record = replace(source_record, seconds={**source_record.seconds, "separate": clock() - start})

@@ -22,6 +22,7 @@ class RunOptions:
     unit      of a mesh's coordinates, as for `load_scan`; range images have their own.
     scale     of photographs, as `planish photos` has it, or the size of the page of a mesh; None for that of the scan.
     sheets    what becomes of several sheets in one scan.
+    both_leaves  whether the leaves of a gutter without range are two pages, whatever `sheets` says.
     layout    what becomes of an opened book.
     mirror    mirror the page from left to right, before it is rotated.
     edits     corrections by hand; their layout takes the place of `layout`.
@@ -37,6 +38,7 @@ class RunOptions:
     unit: str = AUTO
     scale: str | None = None
     sheets: Sheets = Sheets.AUTO
+    both_leaves: bool = False
     layout: Layout = Layout.SINGLE
     mirror: bool = False
     edits: PageEdits | None = None

@@ -48,9 +48,10 @@ class Selected:
     edits: PartEdits | None = None
 
 
-def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets) -> list[Selected]:
+def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets, *, both_leaves: bool = False) -> list[Selected]:
     """Return the sheets of a scan that are to be restored, left to right.
 
+    both_leaves: whether the leaves of a gutter without range are two pages, whatever `pieces` says.
     Raises BadInput for a range image whose pieces are to be arranged TOGETHER, NotEnoughSurface without any surface.
     """
     is_mesh = isinstance(scan, SurfaceMesh)
@@ -59,6 +60,8 @@ def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets) -> list[Selecte
     sheets = separate_sheets(scan)
     if len(sheets) < 2:
         return [Selected(scan, sheet) for sheet in sheets]
+    if both_leaves and any(sheet.part for sheet in sheets):
+        return _leaves(sheets)
     if pieces == Sheets.TOGETHER:
         raise BadInput(
             f"a range image of {len(sheets)} pieces cannot be packed in one image",

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, create_model
 
+from station.session.about import ABOUT, ABOUT_TABLE
 from station.session.events import VOLUME, Event
 from station.session.history import CAPTURE, History
 from station.session.labelling import LABELS, LEAF_ORDER, MISSING_LEAVES, RUNS
@@ -118,6 +119,7 @@ VALUES: Mapping[str, TypeAdapter[Any]] = {
     "order": LEAF_ORDER,
     "missing": MISSING_LEAVES,
     LABELS: RUNS,
+    ABOUT: ABOUT_TABLE,
 }
 
 

@@ -171,6 +171,17 @@ STYLES: Mapping[Style, Callable[[int, int], str]] = {
 }
 
 
+def numbers_in(label: str) -> set[int]:
+    """Return the numbers in a label: of pages, leaves or columns, arabic or roman.
+
+    >>> numbers_in("12v–13r"), numbers_in("[xiv]")
+    ({12, 13}, {14})
+    """
+    arabic = {int(number) for number in re.findall(r"\d{1,6}", label)}
+    roman_number = _number_of(label.strip("[]() ."), "roman")
+    return arabic or ({roman_number} if roman_number else set())
+
+
 def _number_of(text: str, style: Style) -> int | None:
     """Return the number in a label of a style; None without one."""
     match = re.match(r"\d{1,6}", text)

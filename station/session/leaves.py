@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
+from station.session.about import RTL, about_of
 from station.session.corrections import effective_edits, rules_of
 from station.session.current_preset import preset_of
 from station.session.events import VOLUME
@@ -149,9 +150,10 @@ def _runs_with_labels(session: Session) -> list[list[tuple[str, int]]]:
 def _found(session: Session) -> Iterator[Leaf]:
     """Yield the leaf sides as they were captured, without labels."""
     rules = rules_of(session)
+    order = -1 if about_of(session.history).direction == RTL else 1
     for page in session.history.pages():
         kind = str((effective_edits(session, page, rules) or {}).get("kind", ""))
-        for part, report in parts_of(_result(page)).items():
+        for part, report in list(parts_of(_result(page)).items())[::order]:
             yield Leaf(page, part, 0, (), "", kind, report)
 
 
@@ -183,7 +185,7 @@ def _labelled(session: Session, leaves: Sequence[Leaf]) -> Iterator[Leaf]:
         missing = tuple(one.label for one in absent if one.before == leaf.name)
         for label in missing:
             place = _continued(run, label, place) + 1
-        sides = 0 if leaf.is_left_out or leaf.kind in UNCOUNTED else 1 + _is_spread(leaf)
+        sides = 0 if leaf.is_left_out or leaf.kind in UNCOUNTED else 1 + is_spread(leaf)
         own = leaf.decided("label", None)
         if own is not None and runs and sides:
             place = _continued(run, str(own), place)
@@ -201,7 +203,7 @@ def _continued(run: Run, label: str, place: int) -> int:
     return place if found is None else found
 
 
-def _is_spread(leaf: Leaf) -> bool:
+def is_spread(leaf: Leaf) -> bool:
     """Whether a page is two leaf sides, as was set or by print over its spine."""
     found = leaf.report.get("findings", ())
     codes = {one.get("code") for one in found if isinstance(one, dict)} if isinstance(found, list | tuple) else set()

@@ -37,8 +37,8 @@ RESOURCES = ("seconds", "peak_memory_mb")
 class RestoreParameters(BaseModel):
     """All that a restoration depends on in addition to its scan.
 
-    As `planish restore` has it. Of several sheets in one scan the largest is the page, unless a layout splits an opened
-    book in its leaves.
+    As `planish restore` has it. Of several sheets in one scan the largest is the page, unless they are the leaves of an
+    opened book.
     scale: of photographs, as `planish photos` has it; None for a scan.
     edits: corrections by hand, as `PageEdits`; None without.
     """
@@ -58,7 +58,9 @@ class RestoreParameters(BaseModel):
         """The options of the run."""
         outputs = frozenset({*self.outputs, "coverage"})
         edits = None if self.edits is None else edits_of(self.edits)
-        return RunOptions(**{**dict(self), "outputs": outputs, "sheets": Sheets.LARGEST, "edits": edits})
+        return RunOptions(
+            **{**dict(self), "outputs": outputs, "sheets": Sheets.LARGEST, "both_leaves": True, "edits": edits}
+        )
 
 
 @dataclass(frozen=True)

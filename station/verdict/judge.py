@@ -50,6 +50,7 @@ CHECKS = {
 # Findings that an operator has to answer, whatever the limits: code → name of the check, what to do.
 QUESTIONS = {
     "layout_unsure": ("layout", "split the page, or set its layout to whole: planish session edits"),
+    "size_differs": ("size", "compare the page with a ruler; set outline, spine or size: planish session edits"),
 }
 ASKED: Limits = (0.5, 1.5)  # of the number of such findings: one is amber
 

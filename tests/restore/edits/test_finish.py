@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from restore import NotEnoughSurface, PartEdits, Settings, SurfaceMesh, restore
-from restore.edits.finish import crop_page, finish_page
+from restore.edits.finish import crop_page, finish_page, size_before_rotation
 from restore.edits.model import Crop
 
 CORNERS = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])
@@ -37,3 +39,19 @@ def test_without_corrections_the_page_is_as_it_was(page):
 def test_a_box_off_the_page_leaves_too_little(page):
     with pytest.raises(NotEnoughSurface, match="crop"):
         crop_page(page, Crop(mode="box", box=(200.0, 0.0, 300.0, 50.0)))
+
+
+@pytest.mark.parametrize("degrees", [-20.0, 0.0, 1.5, 29.0])
+def test_a_page_that_was_rotated_by_hand_has_the_size_that_it_had(page, degrees):
+    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    turned = page.changed_meshes(lambda mesh: replace(mesh, flat=mesh.flat @ np.array([[cos, -sin], [sin, cos]])))
+    assert size_before_rotation(replace(page, **turned), degrees) == pytest.approx((100.0, 50.0))
+
+
+def test_a_size_is_that_of_the_page_as_it_is_read(page):
+    turned = finish_page(page, PartEdits(turn=1, size_mm=(50.0, 100.0)))
+    assert not [one for one in turned.findings if one.code == "size_differs"]
+    other = finish_page(page, PartEdits(size_mm=(50.0, 100.0)))
+    assert [one.code for one in other.findings if one not in page.findings] == ["size_differs"]
+    assert other.report["findings"] == [one.as_json() for one in other.findings]
+    assert other.image is page.image

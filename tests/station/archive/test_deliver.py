@@ -41,7 +41,11 @@ def test_a_bag_is_valid_for_the_library_of_congress(volume, tmp_path) -> None:
     assert bag.info["External-Description"] == STRANGE
     assert bag.info["Internal-Sender-Description"] == "incomplete: page 3: not restored"
     assert done.missing == ("page 3: not restored",)
-    assert set(bag.payload_files()) == {"data/mets.xml", *(f"data/{file.name}" for file in volume.files)}
+    assert set(bag.payload_files()) == {
+        "data/mets.xml",
+        "data/pages.csv",
+        *(f"data/{file.name}" for file in volume.files),
+    }
 
 
 @pytest.mark.parametrize("damage", ["flip", "delete", "add"])
@@ -75,8 +79,8 @@ def test_what_each_format_holds(volume, tmp_path) -> None:
     for kind in ("mets", "iiif", "pdf", "tiff", "mesh"):
         export(volume, kind, tmp_path / kind)
     assert "mets.xml" in names(tmp_path / "mets")
-    assert {"0001.tif", "0002.tif"} == names(tmp_path / "tiff") - {MANIFEST}
-    assert {"volume.pdf"} == names(tmp_path / "pdf") - {MANIFEST}
+    assert {"0001.tif", "0002.tif"} == names(tmp_path / "tiff") - {MANIFEST, "pages.csv"}
+    assert {"volume.pdf"} == names(tmp_path / "pdf") - {MANIFEST, "pages.csv"}
     assert {f"{n:04}.{end}" for n in (1, 2, 3) for end in ("glb", "ply", "obj", "mtl", "png")} == names(
         tmp_path / "mesh"
     ) - {MANIFEST}

@@ -9,6 +9,7 @@ from PIL import Image
 from station.archive.tiff import encode_master
 from station.archive.volume import Role
 from station.images.icc import srgb_profile
+from station.images.pages import read_page
 from tests.station.archive.conftest import DPI
 
 ICC, MODEL = 34675, 272  # tags
@@ -17,7 +18,7 @@ ICC, MODEL = 34675, 272  # tags
 def test_the_master_is_the_page(volume, tmp_path) -> None:
     page = volume.pages[1]
     picture = page.find(Role.PAGE).path
-    (tmp_path / "m.tif").write_bytes(encode_master(page, picture))
+    (tmp_path / "m.tif").write_bytes(encode_master(page, read_page(picture)))
     with tifffile.TiffFile(tmp_path / "m.tif") as file:
         np.testing.assert_array_equal(file.asarray(), np.asarray(Image.open(picture)))
         tags = file.pages[0].tags

@@ -7,10 +7,21 @@ import os
 
 import pytest
 
-from restore import save_scan
+from oracles.tiny_scan import tiny_scan
+from restore import LayoutFinding, save_scan
 from restore.formats import write_obj
 from restore.mesh.triangulate import triangulate
 from station.cli import main
+from station.session import (
+    Volume,
+    add_scan,
+    correct,
+    create_session,
+    open_session,
+    read_session,
+    record_run,
+)
+from station.session.parts import RESTORE
 from tests.restore.layout.conftest import SPINE_MM, shot
 
 
@@ -36,6 +47,26 @@ def test_the_layout_is_printed_and_nothing_written(book, tmp_path, capsys):
 def test_a_missing_scan_is_bad_input(tmp_path, capsys):
     assert main(["layout", str(tmp_path / "none.obj")]) == 3
     assert "none.obj" in capsys.readouterr().err
+
+
+def test_the_pages_of_a_session_are_listed_with_what_a_hand_decided(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("PLANISH_INDEX", str(tmp_path / "sessions.sqlite"))
+    create_session(tmp_path / "book", Volume(title="A book"))
+    with open_session(tmp_path / "book") as writer:
+        restored = add_scan(writer, tiny_scan(1), facts={})
+        found = LayoutFinding("ask", "unsure", None, widths_mm=(90.0, 110.0), reasons=("its walls are flat",)).as_json()
+        record_run(writer, RESTORE, restored, parameters={}, result={"part": "page", "layout": found})
+        correct(writer, 1, {"layout": "split"})
+        add_scan(writer, shot(False)[0], facts={})
+        events = len(writer.history.events)
+    assert main(["layout", str(tmp_path / "book"), "--json"]) == 0
+    first, second = json.loads(capsys.readouterr().out)
+    assert (first["layout"], first["by_hand"]) == (found, "split")
+    assert (second["layout"]["advice"], second["by_hand"]) == ("split", "")
+    assert main(["layout", str(tmp_path / "book")]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].split() == ["1", "ask", "unsure", "90.0", "|", "110.0", "split", "its", "walls", "are", "flat"]
+    assert len(read_session(tmp_path / "book").history.events) == events
 
 
 def test_corrections_next_to_a_scan_are_used(book, tmp_path):

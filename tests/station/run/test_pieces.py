@@ -18,7 +18,9 @@ from station.choices import Sheets
 from station.cli import main
 from station.run.pieces import select_sheets
 from station.session.presets import load_preset
-from station.session.stages import run_restore, run_verdict
+from station.session.stages import run_restore
+from station.verdict.judge import judge
+from station.verdict.measures import left_out_fraction
 
 LEFT_MM, RIGHT_MM = (105.0, 140.0), (90.0, 130.0)
 GAP_MM = 60.0
@@ -87,12 +89,22 @@ def test_both_leaves_of_a_hidden_gutter_are_pages(hidden_gutter, tmp_path):
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["book.json", "book.png"]
 
 
-def test_a_session_is_red_when_half_of_a_book_is_left_out(hidden_gutter, tmp_path):
-    run = run_restore(hidden_gutter, {"settings": {"points": 300, "dpi": 50}}, tmp_path / "made")
-    assert run.result["measures"]["left_out_fraction"] == pytest.approx(1.0, abs=0.05)
-    limits = load_preset("book").thresholds.model_dump(mode="json", exclude_none=True)
-    checks = run_verdict(run.result, {"thresholds": limits}, {}).result["checks"]
-    assert [one["level"] for one in checks if one["name"] == "left_out_fraction"] == ["red"]
+@pytest.mark.parametrize("edits", [None, {"layout": "whole", "parts": {"page": {"rotate_deg": 1.0}}}])
+def test_a_session_of_single_pages_loses_no_half_of_a_book(hidden_gutter, tmp_path, edits):
+    parameters = {"settings": {"points": 300, "dpi": 50}, "edits": edits}
+    run = run_restore(hidden_gutter, parameters, tmp_path / "made")
+    assert list(run.result["parts"]) == ["left", "right"]
+    for report in run.result["parts"].values():
+        assert report["measures"]["left_out_fraction"] == 0.0
+        codes = [one["code"] for one in report["findings"]]
+        assert ("gutter_hidden" in codes, "part_not_found" in codes) == (edits is not None, edits is not None)
+
+
+def test_a_page_is_red_when_a_sheet_as_large_is_left_out(hidden_gutter, tmp_path):
+    report = restored(hidden_gutter, tmp_path / "out", "--sheets", "largest")["book"]
+    measures = {"left_out_fraction": left_out_fraction(report), "fingerprint": ""}
+    assert measures["left_out_fraction"] == pytest.approx(1.0, abs=0.05)
+    assert judge(measures, load_preset("book").thresholds, {})[0] == "red"
 
 
 def test_together_they_are_one_picture_with_a_warning(two_sheets, tmp_path):

@@ -1,0 +1,92 @@
+"""The options of `planish restore` that correct a page by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from station.choices import Layout
+from station.errors import UsageError
+
+if TYPE_CHECKING:
+    from restore import PageEdits
+
+PARTS_OF = {"whole": ("page",), "left": ("left",), "right": ("right",), "split": ("left", "right")}
+ALL = ("page", "left", "right")  # where the layout is not known before the scan is read
+
+
+@dataclass(frozen=True)
+class ByHand:
+    """Corrections by hand as single options; they win over those of a file."""
+
+    spine: Annotated[
+        str | None,
+        typer.Option(metavar="X,Y:X,Y…", help="Split at this line, from head to tail, in pixels of the source image."),
+    ] = None
+    outline: Annotated[
+        str | None, typer.Option(metavar="X,Y:X,Y:X,Y…", help="Edge of the paper, in pixels of the source image.")
+    ] = None
+    remove: Annotated[
+        list[str], typer.Option(metavar="X,Y:X,Y:X,Y…", help="Area to remove, as a finger; repeat for more.")
+    ] = field(default_factory=list)
+    keep: Annotated[
+        list[str], typer.Option(metavar="X,Y:X,Y:X,Y…", help="Area of paper that was not found; repeat for more.")
+    ] = field(default_factory=list)
+    angle: Annotated[float | None, typer.Option(metavar="DEG", help="Fine rotation, clockwise, at most 45.")] = None
+    crop: Annotated[
+        str | None, typer.Option(metavar="paper|margin:MM|box:L,T,R,B", help="What of the page is shown.")
+    ] = None
+    size: Annotated[
+        str | None, typer.Option(metavar="WxH", help="Size of the leaf in mm, to check it; nothing is scaled.")
+    ] = None
+    overlap: Annotated[float | None, typer.Option(metavar="MM", help="Facing page that each leaf keeps, 0 to 10.")] = (
+        None
+    )
+    save_edits: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the corrections, as <stem>.edits.json.")
+    ] = None
+
+    def fields(self) -> Iterator[tuple[str, str, str]]:
+        """Yield option, field of the corrections and value of each correction."""
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if item.name != "save_edits" and value is not None:
+                name = "rotate" if item.name == "angle" else item.name
+                yield from (
+                    (f"--{item.name}", name, str(one)) for one in (value if isinstance(value, list) else [value])
+                )
+
+    def over(self, edits: PageEdits | None, layout: Layout) -> PageEdits | None:
+        """Return corrections of a file with the options in place of their fields.
+
+        layout: of the command. Raises UsageError that names the option.
+        """
+        from restore import BadInput
+        from station.session.fields import changed
+        from station.session.rules import edits_of
+
+        given = list(self.fields())
+        if not given:
+            return edits
+        table = {} if edits is None else edits.given()
+        if layout != Layout.SINGLE:
+            table["layout"] = layout.value
+        elif self.spine is not None:
+            table["layout"] = "split"
+        elif edits is None:
+            table["layout"] = "whole"
+        named = tuple(table.get("parts", ()))
+        parts = PARTS_OF.get(table.get("layout", "auto"), named or ALL)
+        for option, name, value in given:
+            if not value.strip():
+                raise UsageError(f"{option} is empty", f"give it a value, or leave {option} out")
+            try:
+                table = changed(table, [f"{name}={value}"], parts)
+            except BadInput as error:
+                reason = str(error).removeprefix(f"{name}: ").removeprefix("the corrections: ")
+                raise UsageError(f"{option}: {reason}", error.hint) from error
+        return edits_of({**table, "by": {"tool": "cli"}})
