@@ -12,7 +12,7 @@ const TEXTS = { // field → its value in the reader's language
   shading: (value) => t(`light.${value}`),
   spine: (value) => t("value.points", { n: value.length }),
   outline: (value) => t("value.points", { n: value.length }),
-  masks: (value) => t("value.areas", { n: value.length }),
+  masks: (value) => number(value.length),
   crop: ({ mode, margin_mm: margin, box }) => [t(`crop.${mode}`), margin && `${number(margin, 2)} mm`,
     box && box.map((side) => number(side, 1)).join(" · ")].filter(Boolean).join(" "),
 };

@@ -7,7 +7,7 @@ import { CorrectionTool } from "./tool.js";
 import { t } from "../strings.js";
 
 const INSET = 0.05; // of the picture: a first outline, to be moved to the edges of the paper
-const FIRST = 0.1; // of the picture: width of a new area
+const FIRST = 0.2; // of the picture: width of a new area
 const SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1]];
 const MAX_POINTS = 200;
 const WHAT = { 1: "remove", 2: "keep" };
@@ -72,7 +72,7 @@ export class MaskTool extends AreaTool {
     const adding = h("div", { class: "row" }, Object.entries(WHAT).map(([key, what]) =>
       button(t(`mask.${what}`), { icon: "plus", key, click: () => this.begin(what) })));
     const choice = h("select", { on: { change: () => { this.chosen = Number(choice.value); this.show(); } } });
-    const choosing = h("div", { class: "field" }, field(t("mask.chosen"), choice),
+    const choosing = h("div", { class: "drawing-panel" }, field(t("mask.chosen"), choice),
       button(t("mask.delete"), { icon: "x", click: () => this.replace([]) }));
     super(draft, viewer, { name: "mask", fields: ["part.masks"], body: [adding, choosing] });
     Object.assign(this, { choice, choosing, chosen: 0 });

@@ -65,7 +65,7 @@ export class CropTool extends CorrectionTool {
     const px = (mm, axis) => Math.round(((mm - this.corner[axis]) * this.viewer.page.dpi) / MM_PER_INCH);
     const [left, top, right, bottom] = [px(box[0], 0), px(box[1], 1), px(box[2], 0) - 1, px(box[3], 1) - 1];
     this.drawing.start();
-    this.drawing.show([[left, top], [right, bottom]], "unseen-line", [[[[left, top], [right, top], [right, bottom], [left, bottom], [left, top]], "outline"]]);
+    this.drawing.show([[left, top], [right, bottom]], null, [[[[left, top], [right, top], [right, bottom], [left, bottom], [left, top]], "outline"]]);
   }
 
   ended() {

@@ -37,9 +37,9 @@ export class Drawing {
       on: { change: ({ target }) => { if (target.value !== "") this.moveTo(this.at, this.points[this.at].with(axis, Number(target.value))); } } }));
     this.element = h("div", { class: "drawing-panel" }, this.said,
       h("div", { class: "pair" }, field(t("drawing.x"), this.places[0]), field(t("drawing.y"), this.places[1])),
-      h("div", { class: "row" }, button(t("drawing.add"), { icon: "plus", key: "+", click: () => this.add(this.at) }),
+      h("div", { class: "row", hidden: least === most }, button(t("drawing.add"), { icon: "plus", key: "+", click: () => this.add(this.at) }),
         button(t("drawing.remove"), { icon: "x", key: "-", click: () => this.remove(this.at) })),
-      h("p", { class: "hint", text: t("drawing.keys") }));
+      h("p", { class: "hint", text: t(least === most ? "drawing.keys" : "drawing.more") }));
   }
 
   start() {
@@ -61,7 +61,7 @@ export class Drawing {
     this.handles.remove();
   }
 
-  /** Show a line, null for none, and others that are not changed: [[points, kind]]. */
+  /** Show a line, null for none, and others that are not changed: [[points, kind]]. kind: null for points alone. */
   show(points, kind, others = []) {
     Object.assign(this, { points, kind, others });
     this.at = Math.min(this.at, (points?.length ?? 1) - 1);
@@ -69,7 +69,7 @@ export class Drawing {
   }
 
   draw() {
-    const all = [...this.others, ...(this.points ? [[this.points, this.kind]] : [])];
+    const all = [...this.others, ...(this.points && this.kind ? [[this.points, this.kind]] : [])];
     const drawn = ([points, kind], under) => h(this.isClosed ? "polygon" : "polyline", { points: points.join(" "), class: under ? "under" : kind });
     this.shapes.replaceChildren(...all.map((one) => drawn(one, true)), ...all.map((one) => drawn(one, false)));
     const count = this.points?.length ?? 0;
