@@ -38,6 +38,15 @@ def row(number: int) -> Values:
     }
 
 
+def leaf(number: int) -> Values:
+    """A leaf of the contact sheet: one for each page, left and right in turn."""
+    of = row(number)
+    return {
+        **{"name": str(number), "page": number, "part": "page", "label": of["label"], "side": of["side"], "kind": ""},
+        **{"position": number, "left_out": False, "missing": [], "event": of["restore"], "layer": "page"},
+    }
+
+
 def detail(of: Values, size: tuple[int, int]) -> Values:
     """All of a page of so many pixels: its findings, the worst first, and its layers."""
     worst = WORST.get(of["level"], {})

@@ -27,6 +27,7 @@ export function listenForKeys() {
     if ((!event.repeat || STEPS.has(event.key)) && toolKey?.(event.key, event)) return event.preventDefault();
     if (event.repeat) return undefined;
     if (event.key === "?") showKeys();
+    else if (event.key === "g") location.hash = "#/sheet";
     else if (KEYS[event.key]) actions[KEYS[event.key]]();
     else return undefined;
     return event.preventDefault();
@@ -43,8 +44,9 @@ export function showKeys() {
   const shown = { " ": t("keys.space"), Enter: "↵" };
   const rows = Object.entries(KEYS).map(([key, name]) =>
     h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: shown[key] ?? key })), h("dd", { text: t(`action.${name}`) })));
+  const sheet = h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: "g" })), h("dd", { text: t("screen.sheet") }));
   const help = h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: "?" })), h("dd", { text: t("keys.title") }));
-  const list = h("dl", { class: "keys" }, rows, help);
+  const list = h("dl", { class: "keys" }, rows, sheet, help);
   set(list, "aria-label", t("keys.title"));
   openDialog(t("keys.title"), [h("p", { class: "soft", text: t("keys.text") }), list,
     h("label", { class: "check", for: "keys-off" }, off, h("span", { text: t("keys.off") }))]);
