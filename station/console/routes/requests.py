@@ -96,7 +96,7 @@ class ChangedLeaf(_Request):
     """What is changed of a leaf side; null leaves it as it is."""
 
     leaf: LeafName
-    left_out: bool | None = None
+    left_out: Annotated[bool, Field(strict=True)] | None = None
     label: Annotated[str, Field(max_length=100)] | None = None
 
 
