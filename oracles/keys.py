@@ -144,6 +144,7 @@ KEYS: Mapping[str, Key] = {
     "similarity": Key("number|[number]", "1", "likeness to another page of the session", JUDGE),
     "fingerprint": Key("text", "", "print of the page, small, to compare", MEASURES),
     "checks": Key("[table]", "", "measures with their limits", JUDGE),
+    "notes": Key("[table]", "", "what to know about a page that has no limits", "station/verdict/calibration_notes.py"),
     "limits": Key("[number]", "", "amber and red limit of a measure", JUDGE),
     "thresholds": Key("table", "", "limits of each measure", PRESETS),
     "level": Key("text", "", "green, amber or red", JUDGE),

@@ -66,7 +66,7 @@ def detail(of: Values, size: tuple[int, int]) -> Values:
         if finding["name"] in worst:
             finding |= {"value": worst[finding["name"]], "level": of["level"]}
     findings.sort(key=lambda one: one["level"] == "green")
-    layers = ["page", "master", "strain", "coverage", "original"]
+    layers = ["page", "master", "strain", "coverage", "uncertainty", "original"]
     own = [layer for layer in layers if layer != "original"]
     parts = [part["part"] for part in of.get("parts", ())] or ["page"]
     leaves = [
@@ -81,6 +81,7 @@ def detail(of: Values, size: tuple[int, int]) -> Values:
         **of,
         "leaves": leaves,
         "before": {"event": of["restore"] - 1, "leaves": leaves} if of["restore"] else None,
+        "notes": [{"name": "calibration_nominal", "text": "", "hint": ""}],
         **{"checks": findings, "report": {}, "page_mm": list(SHEET_MM), "page_px": list(size), "dpi": DPI},
         **{"layers": layers, "models": ["scan", "mesh", "steps"], "words": True},
         "shots": [{"capture": of["capture"], "time": TIME, "current": True, "size_bytes": 10**6}],

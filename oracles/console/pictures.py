@@ -22,16 +22,16 @@ def printed_page() -> Print:
 
 
 def layer(sheet: Image.Image, name: str) -> Image.Image:
-    """A layer of the page: its light, its strain, its coverage, the scanner's picture."""
+    """A layer of the page: its light, strain, coverage, uncertainty, the scanner's picture."""
     if name == "original":
         tilted = sheet.rotate(2, expand=True, fillcolor=(24, 24, 24))
         return tilted.resize((640, 640 * tilted.height // tilted.width))
-    if name not in ("strain", "coverage"):
+    if name not in ("strain", "coverage", "uncertainty"):
         return sheet.copy()
     y, x = np.mgrid[: sheet.height, : sheet.width]
     field_ = np.sin(x / 180) * np.cos(y / 240)
     red, blue = np.clip(field_, 0, 1), np.clip(-field_, 0, 1)
-    strength = np.abs(field_) if name == "strain" else (np.hypot(x - 300, y - 400) < 40) * 1.0
+    strength = (np.hypot(x - 300, y - 400) < 40) * 1.0 if name == "coverage" else np.abs(field_)
     return Image.fromarray((np.dstack([red, 0 * red, blue, strength]) * 255).astype(np.uint8), "RGBA")
 
 

@@ -117,9 +117,8 @@ class CannedStation:
             return {**ANSWERS[found[2]], "page": int(found[1])}
         if path == "/api/preview":
             return self.preview
-        for ending, name in {"/measure": "measure", "/strain/scale": "strain", "/coverage/legend": "coverage"}.items():
-            if path.endswith(ending):
-                return dict(ANSWERS[name])
+        if found := re.search(r"/(measure|strain|coverage|uncertainty)(?:/scale|/legend)?$", path):
+            return dict(ANSWERS[found[1]])
         answer = self._lists().get(path)
         return None if answer is None else answer()
 

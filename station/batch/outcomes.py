@@ -47,6 +47,7 @@ FIGURES = (
         "{:.0f}",
         less_is_worse=True,
     ),
+    Figure("uncertainty", lambda report: report.get("uncertainty_mm", {}).get("total"), "{:.3f} mm"),
     Figure("warnings", lambda report: sum(one.severity != "note" for one in Finding.all_in(report)), "{:.0f}"),
 )
 """The figures that order the pages; a page without one (None) is not compared by it."""
@@ -64,6 +65,7 @@ class PageOutcome:
     size_mm  width and height of the page; None without.
     seconds  of its restoration.
     level    green, amber or red: the verdict; empty without one.
+    ci95_mm  half of the 95 % interval of the longer side; None where the calibration is not known.
     """
 
     name: str
@@ -74,6 +76,7 @@ class PageOutcome:
     size_mm: tuple[float, float] | None = None
     seconds: float = 0.0
     level: str = ""
+    ci95_mm: float | None = None
 
 
 @dataclass(frozen=True)
@@ -149,6 +152,13 @@ def figures_of(report: Mapping[str, Any]) -> dict[str, float]:
     return values
 
 
+def ci95_of(report: Mapping[str, Any]) -> float | None:
+    """Half of the 95 % interval of the longer side of a page; None where its report has none."""
+    with suppress(KeyError, TypeError, ValueError):
+        return float(max(report["size_mm_ci95"]))
+    return None
+
+
 def _pages_of(arrival: Arrival, out: Path, limits: Thresholds) -> Iterator[PageOutcome]:
     name = str(arrival.source)
     folder = records.find_result(out, arrival)
@@ -179,6 +189,7 @@ def _restored(name: str, path: Path, report: Mapping[str, Any], limits: Threshol
         (width, height),
         float(report.get("seconds", {}).get("total", 0.0)),
         level if findings else "",
+        ci95_of(report),
     )
 
 

@@ -61,7 +61,7 @@ def encode_report(pages: Sequence[PageOutcome], *, title: str, now: datetime) ->
 <h1>{escape(title)}</h1>
 <p>{escape(now.isoformat(" ", "minutes"))} · {counts["restored"]} restored, {counts["set aside"]} set aside,
 {counts["missing"]} not done{levels} · {seconds / 3600:.1f} processor hours. The worst pages come first:
-by their verdict, then by the figure that is bold.</p>
+by their verdict, then by the figure that is bold. ±: half of the 95 % interval of the size.</p>
 <table><thead><tr><th scope="col">page</th><th scope="col" class="name">scan</th>{heads}
 <th scope="col">mm</th><th scope="col">seconds</th></tr></thead>
 <tbody>
@@ -82,6 +82,7 @@ def _rows(ranked: Sequence[Ranked]) -> Iterator[str]:
             for figure in FIGURES
         )
         size = "" if page.size_mm is None else f"{page.size_mm[0]:.1f} × {page.size_mm[1]:.1f}"
+        size += f"<br>± {page.ci95_mm:.1f}" if page.ci95_mm is not None else ""
         row = " class='aside'" if page.state != "restored" else ""
         yield (
             f"<tr{row}><td>{picture}</td><td class='name'>{escape(page.name)}{state}"

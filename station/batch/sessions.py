@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from restore.runtime import LibraryMissing
-from station.batch.outcomes import PageOutcome, concerns, figures_of, texts_of
+from station.batch.outcomes import PageOutcome, ci95_of, concerns, figures_of, texts_of
 from station.batch.progress import Done, Event, Pace, Show
 from station.batch.run_tasks import run
 from station.errors import StationError, explain
@@ -200,4 +200,5 @@ def _outcome(session: Session, leaf: Leaf) -> PageOutcome:
         (size[0], size[1]),
         float(seconds.get("total", 0.0)) if isinstance(seconds, dict) else 0.0,
         worst([check["level"] for check in leaf.checks]) if leaf.is_checked else "",
+        ci95_of(report),
     )

@@ -33,7 +33,7 @@ from station.session import (
 from station.session.carrying import carry
 from station.session.correcting import show_fitting
 from station.session.corrections import inputs_of, needs_restoration, parameters_of, rules_of
-from station.session.judging import lacks_verdict, record_verdict, verdict_lines
+from station.session.judging import lacks_verdict, note_lines, record_verdict, verdict_lines
 from station.session.leaves import labels_of, missing_labels
 from station.session.parts import PAGE, RESTORE, errors_of, measured_parts
 from station.session.rules import Rule, Scope
@@ -100,6 +100,7 @@ class CaptureLoop:
     def __post_init__(self) -> None:
         self._waiting: dict[int, Future[Run]] = {}
         self._attempts: dict[int, int] = {}
+        self._noted: set[str] = set()
         self._page: int | None = None
         self._leaving = False
         self._typed: str | None = None
@@ -265,7 +266,10 @@ class CaptureLoop:
 
     def _judge(self, restored: Event) -> None:
         event = record_verdict(self.writer, restored)
-        for line in verdict_lines(self._name(event.page), event.facts["result"]):
+        result = event.facts["result"]
+        new = [line for line in note_lines(result) if line not in self._noted]  # not with every page
+        self._noted.update(new)
+        for line in (*verdict_lines(self._name(event.page), result), *new):
             self.show(Line(line, "verdict", event.page))
 
     def _accept(self) -> None:

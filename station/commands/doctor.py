@@ -34,8 +34,6 @@ LATE = (
 PROBE = "it may be behind the USB bridge: planish doctor --probe asks there (unmount disks behind it first)"
 INSTALL = "sudo apt install"
 OCR_PACKAGE = "tesseract-ocr"
-CALIBRATE = "scan the marker board and run planish calibrate: see docs/how-to/calibrate-a-scanner.md"
-OLD_DAYS = 365  # an assumption: the drift of a real body was never measured
 
 
 State = Literal["ok", "problem", "optional"]
@@ -175,11 +173,11 @@ def check_calibration(config: Path, today: date) -> Check:
     """
     from drivers.vivid900.geometry.calibration import read_calibration
     from station.config import load_config
+    from station.verdict.calibration_notes import CALIBRATE, NOMINAL_TEXT, OLD_DAYS, age_days
 
     path = load_config(config).scanner.get("calibration")
     if path is None:
-        message = "nominal: sizes are uncertain by half a per cent (one standard deviation)"
-        return Check("calibration", "optional", message, CALIBRATE)
+        return Check("calibration", "optional", NOMINAL_TEXT, CALIBRATE)
     measured = read_calibration(Path(path)).measured
     if measured is None:
         return Check("calibration", "optional", f"{path} does not say when it was measured", CALIBRATE)
@@ -187,7 +185,7 @@ def check_calibration(config: Path, today: date) -> Check:
         f"measured on {measured.date} from {measured.captures} captures; points are off by "
         f"{measured.expected_mm:.2f} mm at most (one standard deviation)"
     )
-    old = (today - date.fromisoformat(measured.date)).days > OLD_DAYS
+    old = age_days(measured.date, today) > OLD_DAYS
     return Check("calibration", "optional" if old else "ok", message, CALIBRATE)
 
 

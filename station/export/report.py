@@ -35,6 +35,7 @@ def summary(report: Report, files: Iterable[Path]) -> str:
         *(("samples", text) for key, text in INTEGRITY.items() if report.get("source", {}).get("integrity") == key),
         ("flattened", f"{report['points']} points by {report['method']} in {report['iterations']} iterations"),
         ("strain", _strain(**report["strain"])),
+        *(("size", text) for text in _size(report)),
         ("area", f"ratio {report['area_ratio']:.4f}, {report['flipped_faces']} flipped faces"),
         ("seconds", ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in report["seconds"].items())),
         *(("photo", _photo(photo)) for photo in report.get("photos", ()) if photo["accepted"]),
@@ -51,6 +52,18 @@ def _strain(*, smooth_rms: float, rms: float, **_: Any) -> str:
     Their lengths over creases are estimates.
     """
     return f"{smooth_rms:.3%} rms of the page as a whole, {rms:.3%} rms of its edges"
+
+
+def _size(report: Report) -> list[str]:
+    """How well the size of a page and the places on it are known, as far as the report says."""
+    known, stated = report.get("size_mm_ci95"), report.get("uncertainty_mm", {})
+    kind = report.get("calibration", {}).get("kind", "unknown")
+    lines = [f"known to ± {known[0]:.2f} × {known[1]:.2f} mm (95 %), calibration {kind}"] if known else []
+    if "reason" in stated:
+        lines.append(f"uncertainty not estimated: {stated['reason']}")
+    elif stated:
+        lines.append(f"places uncertain by {stated['total']:.3f} mm rms, 95 % within {stated['p95']:.3f} mm")
+    return lines
 
 
 def _resolution(report: Report) -> str:

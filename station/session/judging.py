@@ -62,6 +62,11 @@ def verdict_lines(name: str, result: Any) -> list[str]:
     return [*lines, *(_line(one) for one in findings if one["level"] != "green")]
 
 
+def note_lines(result: Any) -> list[str]:
+    """Return what a verdict notes without a level, as lines for the operator."""
+    return [f"    note   {one['text']}: {one['hint']}" for one in result.get("notes", ())]
+
+
 def _line(check: Any) -> str:
     part = f"{check['part']}: " if "part" in check else ""
     return f"    {check['level']:<6} {part}{check['text']}: {check['hint']}"

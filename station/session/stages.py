@@ -24,6 +24,7 @@ from station.run.photos import photographed_page
 from station.session.parts import STEM, measured_parts, parts_of
 from station.session.photographs import pictures_in
 from station.session.rules import edits_of
+from station.verdict.calibration_notes import calibration_notes
 from station.verdict.judge import CORRECTIONS_DROPPED, Check, as_result, judge, questions, worst_first
 from station.verdict.measures import left_out_fraction, measured
 from station.verdict.thresholds import Thresholds
@@ -137,4 +138,5 @@ def run_verdict(result: Mapping[str, Any], parameters: Mapping[str, Any], others
         found = (*judge({**measures, **lost}, thresholds, others)[1], *questions(parts[part]))
         checks += [replace(check, part=part) for check in found] if len(parts) > 1 else found
     checks += [CORRECTIONS_DROPPED] if parameters.get("corrections_dropped") else []
-    return Run(as_result(worst_first(checks)))
+    notes = next(filter(None, map(calibration_notes, parts.values())), [])
+    return Run({**as_result(worst_first(checks)), **({"notes": notes} if notes else {})})

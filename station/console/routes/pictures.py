@@ -5,6 +5,7 @@ Each is of an event, which never changes: browsers may keep what they got.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Path, Query
@@ -24,17 +25,23 @@ from station.console.shown_pages.layers import (
 )
 from station.console.shown_pages.strain import strain_pyramid, strain_scale
 from station.console.shown_pages.tiles import KINDS, Pyramid, build_pyramid, describe
+from station.console.shown_pages.uncertainty import uncertainty_pyramid, uncertainty_scale
 from station.console.state.app_state import AppState
+from station.session import Event, Session
 
 router = APIRouter(prefix="/api", responses=FAULTS)
 LEAF = "((left|right)[.])?"
-Layer = Annotated[str, Path(pattern=f"^({LEAF}(page|master|strain|coverage)|original)$")]
+Layer = Annotated[str, Path(pattern=f"^({LEAF}(page|master|strain|coverage|uncertainty)|original)$")]
 Small = Annotated[str, Path(pattern=f"^({LEAF}(page|master)|original)$")]
 Prefix = Annotated[Literal["", "left.", "right."], Query(description="of the leaf, before the name of a layer")]
 Millimetres = Annotated[float, Query(ge=-10_000, le=10_000, allow_inf_nan=False)]
 TYPES = {"jpg": "image/jpeg", "png": "image/png"}
 KEPT = {"Cache-Control": IMMUTABLE}
 STORED = ("page", "master")  # whose stored file is the whole picture
+DRAWN: Mapping[str, Callable[[Session, Event, str], Pyramid]] = {
+    "strain": strain_pyramid,
+    "uncertainty": uncertainty_pyramid,
+}
 
 
 @router.get("/pictures/{event}/{layer}.dzi", response_class=Response)
@@ -89,6 +96,13 @@ def scale(app_state: Looking, event: EventNumber, leaf: Prefix = "") -> dict[str
     return strain_scale(arrays["strain"].astype(float))
 
 
+@router.get("/pictures/{event}/uncertainty/scale")
+def scale_of_uncertainty(app_state: Looking, event: EventNumber, leaf: Prefix = "") -> dict[str, Any]:
+    """The colours of the uncertainty and its numbers."""
+    session = app_state.opened().session
+    return uncertainty_scale(session, event_of(session, event), leaf)
+
+
 @router.get("/pictures/{event}/coverage/legend")
 def legend(app_state: Looking, event: EventNumber, leaf: Prefix = "") -> dict[str, Any]:
     """Return the colours of the coverage and their fractions of the page."""
@@ -125,8 +139,8 @@ def _pyramid(app_state: AppState, number: int, layer: str) -> Pyramid:
         raise ConsoleFault("not_found", f"event {number} has no {layer}")
 
     def build() -> Pyramid:
-        if _name(layer) == "strain":
-            return strain_pyramid(session, event, layer.removesuffix("strain"))
+        if draw := DRAWN.get(name := _name(layer)):
+            return draw(session, event, layer.removesuffix(name))
         return build_pyramid(read_layer(session, event, layer))
 
     return app_state.pyramids.get((session.identifier, number, layer), build)

@@ -26,10 +26,16 @@ from station.session.photographs import first_picture, is_set
 
 MAX_PIXELS = 120_000_000  # of a picture that is shown: 360 MB as it is drawn
 MAX_MODEL_BYTES = 2**27  # of the mesh of a page: an A3 page has 20 MB
-ENDINGS = {"page": ".png", "master": "-master.png", "coverage": "-coverage.png", "strain": "-model.plm"}
+ENDINGS = {
+    "page": ".png",
+    "master": "-master.png",
+    "coverage": "-coverage.png",
+    "strain": "-model.plm",
+    "uncertainty": "-uncertainty.tif",
+}
 FILES = {layer: STEM + ending for layer, ending in ENDINGS.items()}
 MODEL = FILES["strain"]
-FORMATS = ("PNG",)  # of these files: no other decoder is let at them
+FORMATS = ("PNG",)  # of pictures: no other decoder is let at them
 ON_CAPTURE = "original"
 STEPPING = ("sticks", "springs")  # methods whose steps are positions in space
 OPACITY = {CoverageClass.OUTSIDE: 0, CoverageClass.MEASURED: 0, CoverageClass.INTERPOLATED: 110}
@@ -195,13 +201,14 @@ def _coverage_codes(path: Path) -> Bytes:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Image.Image]:
+def opened(path: Path, formats: tuple[str, ...] = FORMATS) -> Iterator[Image.Image]:
     """Open a picture of a session, its size within limits.
 
     Its pixels are read when they are asked for. Raises BadInput.
+    formats: as Pillow calls those that it may have.
     """
     try:
-        with Image.open(path, formats=FORMATS) as picture:
+        with Image.open(path, formats=formats) as picture:
             width, height = picture.size
             if width * height > MAX_PIXELS:
                 raise BadInput(f"{path} has {width} × {height} pixels: too many to be shown", "open it elsewhere")

@@ -42,14 +42,15 @@ def rows_of(session: Session, restoring: Collection[int] = ()) -> list[Row]:
 def detail_of(session: Session, row: Row) -> dict[str, Any]:
     """A row with all that is known of its page, but for what stands in its files."""
     page = session.history.page(row["page"])
-    restored, judged = page.runs.get(RESTORE), page.runs.get(VERDICT)
+    restored, verdict = page.runs.get(RESTORE), page.runs.get(VERDICT)
     result = {} if restored is None else dict(restored.facts["result"])
     measures = dict(result.pop("measures", {}))
     measures.pop("fingerprint", None)
-    findings = [] if judged is None else list(judged.facts["result"]["checks"])
+    found = {} if verdict is None else dict(verdict.facts["result"])
     return {
         **row,
-        "checks": [finding_of(one) for one in findings],
+        "checks": [finding_of(one) for one in found.get("checks", [])],
+        "notes": found.get("notes", []),
         "report": {**result, "measures": measures} if restored else {},
         "page_mm": result.get("page_mm"),
         "dpi": result.get("dpi"),

@@ -18,7 +18,14 @@ TILE, OVERLAP = 256, 1  # pixels, as OpenSeadragon expects them
 MAX_KEPT_BYTES = 384 * 2**20  # of pyramids: some forty pages at 150 dpi
 THUMBNAIL = 240  # pixels
 MAX_WHOLE_PIXELS = 2**24  # of a picture that is drawn as a whole: 64 MB
-KINDS = {"page": "jpg", "master": "jpg", "original": "jpg", "strain": "png", "coverage": "png"}
+KINDS = {
+    "page": "jpg",
+    "master": "jpg",
+    "original": "jpg",
+    "strain": "png",
+    "coverage": "png",
+    "uncertainty": "png",
+}
 
 
 Size = tuple[int, int]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,7 +12,9 @@ import pytest
 from restore import RangeScan
 from station.archive.formats import Format
 from station.archive.from_session import scan_of, volume_of
+from station.archive.premis import encode_event
 from station.archive.volume import Role
+from station.archive.xml import PREMIS
 from station.cli import main
 from station.images.png import encode_png
 from station.session import Volume, add_scan, create_session, decide, open_session, read_session, record_run, undo
@@ -19,6 +22,7 @@ from station.session.adding import add_original
 from tests.station.archive.conftest import picture
 from tests.station.conftest import curl_scan
 
+STATED = {"uncertainty_mm": {"total": 0.0124, "p95": 0.03}, "size_mm_ci95": [2.74, 1.96]}
 NOW = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)
 
 
@@ -32,7 +36,7 @@ def folder(tmp_path: Path) -> Path:
         run = writer.staging("page-0001")
         run.mkdir(parents=True)
         (run / "page.png").write_bytes(encode_png(picture(1), 150.0))
-        parameters, result = {"settings": {"dpi": 150}}, {"strain": {"rms": 0.001}}
+        parameters, result = {"settings": {"dpi": 150}}, {"strain": {"rms": 0.001}, **STATED}
         made = record_run(writer, "restore", capture, parameters=parameters, result=result, files=run)
         record_run(writer, "verdict", made, parameters={}, result={"level": "green", "checks": []})
         decide(writer, "label", "12r", page=1)
@@ -64,6 +68,12 @@ def test_events_name_what_they_read_and_made(folder) -> None:
     assert restore.parameters == {"settings": {"dpi": 150}}
     assert verdict.sources == restore.results
     assert verdict.facts["result"] == {"level": "green", "checks": []}
+
+
+def test_the_preservation_event_carries_how_well_size_and_places_are_known(folder) -> None:
+    _, restore, *_ = volume_of(read_session(folder)).events
+    note = encode_event(restore).findtext(f".//{PREMIS}eventOutcomeDetailNote")
+    assert STATED.items() <= json.loads(note)["result"].items()
 
 
 def test_what_was_undone_is_not_delivered(folder) -> None:

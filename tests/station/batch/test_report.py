@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from station.batch import report
-from station.batch.outcomes import FIGURES, PageOutcome, worst_first
+from station.batch.outcomes import FIGURES, PageOutcome, ci95_of, figures_of, worst_first
 from station.batch.report import encode_report
 from station.batch.runner import REPORT, run_batch
 from station.verdict.thresholds import Thresholds
@@ -138,6 +138,16 @@ def test_a_picture_that_is_gone_or_damaged_leaves_its_place_empty(tmp_path) -> N
     assert "img" not in Parsed(encode_report(pages, title="x", now=NOW)).tags
 
 
+def test_the_report_says_how_well_sizes_and_places_are_known() -> None:
+    stated = {"uncertainty_mm": {"total": 0.0124}, "size_mm_ci95": [2.74, 1.96]}
+    figures, known = figures_of(stated), ci95_of(stated)
+    page = PageOutcome("a", "restored", figures=figures, size_mm=(280.0, 200.0), ci95_mm=known)
+    parsed = Parsed(encode_report([page], title="x", now=NOW))
+    assert {"0.012 mm", "280.0 × 200.0", "± 2.7"} <= set(parsed.text)
+    for unknown in ({}, {"size_mm_ci95": None}, {"uncertainty_mm": {"reason": "a mesh"}}):
+        assert (ci95_of(unknown), "uncertainty" in figures_of(unknown)) == (None, False)
+
+
 def test_figures_are_read_from_a_report_of_the_library(page) -> None:
     values = [figure.read(page.report) for figure in FIGURES]
-    assert values == [0.001, 0.012, 0, None, 20.3, 0]
+    assert values == [0.001, 0.012, 0, None, 20.3, None, 0]

@@ -17,6 +17,7 @@ from PIL import Image
 from station.archive.formats import Format
 from station.console import work
 from station.export.model import encode_arrays
+from station.images.tiff import encode_uncertainty
 from station.session import (
     Event,
     Volume,
@@ -60,6 +61,7 @@ READ = (
     "/api/pictures/3/page/thumbnail.jpg",
     "/api/pictures/3/coverage.dzi", "/api/pictures/3/coverage/legend", "/api/pictures/3/strain.dzi",
     "/api/pictures/3/strain_files/6/0_0.png", "/api/pictures/3/strain/scale", "/api/pictures/3/strain/full",
+    "/api/pictures/3/uncertainty/full", "/api/pictures/3/uncertainty/scale",
     "/api/pictures/2/original.dzi", "/api/models/2/scan", "/api/models/3/mesh", "/api/models/3/steps",
     "/api/models/3/measure?x0=1&y0=1&x1=9&y1=5",
 )  # fmt: skip
@@ -76,6 +78,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
         made.mkdir()
         Image.fromarray(np.full((60, 80, 3), 200, np.uint8)).save(made / "page.png", dpi=(150, 150))
         Image.fromarray(np.ones((60, 80), np.uint8)).save(made / "page-coverage.png")
+        (made / "page-uncertainty.tif").write_bytes(encode_uncertainty(np.ones((60, 80), np.float32), 150))
         x, y = np.meshgrid(np.linspace(-10, 10, 5), np.linspace(-5, 5, 4))
         flat = np.stack([x.ravel(), y.ravel()], 1)
         corner = np.array([r * 5 + c for r in range(3) for c in range(4)])[:, None]

@@ -241,12 +241,23 @@ def test_both_leaves_of_an_opened_book_are_shown(show, canned):
     leaves.wait_for(state="hidden")
 
 
+def test_a_verdict_says_that_the_calibration_is_nominal(show, canned):
+    page = show(canned, "page/3")
+    page.get_by_role("group", name="Verdict").get_by_text("The scanner is not calibrated").wait_for()
+
+
 def test_layers_and_their_colours(show, canned):
     page = show(canned, "page/3")
     page.get_by_label("Strain").check()
     page.get_by_text("+1 %").wait_for()
     page.get_by_label("Coverage").check()
     page.get_by_text("shape interpolated 0.15 %").wait_for()
+    page.get_by_label("Uncertainty").check()
+    page.get_by_text("13 µm rms over the page, 4.6 µm of it noise; 95 % of the places are within 31 µm").wait_for()
+    page.get_by_text("50 µm", exact=True).wait_for()
+    page.locator(".legends .ramp").nth(1).wait_for()
+    page.get_by_label("Uncertainty").uncheck()
+    page.get_by_text("50 µm", exact=True).wait_for(state="detached")
     page.get_by_role("button", name="Light master").click()
     page.wait_for_load_state("networkidle")
     assert page.get_by_role("button", name="Light master").get_attribute("aria-pressed") == "true"

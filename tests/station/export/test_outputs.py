@@ -168,6 +168,16 @@ def test_summary_tells_how_sure_the_samples_are(page, integrity, told):
     assert told in text
 
 
+def test_summary_says_how_well_size_and_places_are_known(page):
+    report = {**page.report, "peak_memory_mb": 512.0}
+    assert "known to" not in summary({**report, "size_mm_ci95": None}, [])
+    sized = {**report, "size_mm_ci95": [2.744, 1.96], "calibration": {"kind": "nominal"}}
+    assert "known to ± 2.74 × 1.96 mm (95 %), calibration nominal" in summary(sized, [])
+    stated = {"noise": 0.004, "method": 0.012, "total": 0.0126, "p95": 0.031}
+    assert "places uncertain by 0.013 mm rms, 95 % within 0.031 mm" in summary({**sized, "uncertainty_mm": stated}, [])
+    assert "not estimated: it is a mesh" in summary({**report, "uncertainty_mm": {"reason": "it is a mesh"}}, [])
+
+
 def test_summary_tells_what_a_photograph_gave(page):
     used = {"accepted": True, "textured_fraction": 0.98, "resolved_ppi": 486.2, "residual_px": 0.62}
     photos = [{"name": "window.jpg", **used}, {"name": "other.jpg", "accepted": False, "reason": "it is blank"}]

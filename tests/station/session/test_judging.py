@@ -7,9 +7,10 @@ import pytest
 
 from oracles.tiny_scan import tiny_scan
 from station.session import Volume, Writer, add_scan, create_session, open_session, record_run
-from station.session.judging import lacks_verdict, record_verdict, verdict_lines
+from station.session.judging import lacks_verdict, note_lines, record_verdict, verdict_lines
 from station.session.parts import RESTORE
 from station.session.presets import Preset
+from station.session.stages import run_verdict
 from station.verdict.same_page import fingerprint
 from station.verdict.thresholds import Thresholds
 
@@ -49,6 +50,16 @@ def test_the_same_print_on_another_page_is_red_and_the_pages_compared_are_inputs
     assert "same page as page 1" in verdict.facts["result"]["checks"][0]["text"]
     assert [one.event for one in verdict.inputs] == [runs[2].number, runs[0].number, runs[1].number]
     assert record_verdict(writer, runs[1]).facts["result"]["level"] == "green"
+
+
+def test_a_verdict_notes_a_calibration_that_is_nominal_or_old(writer) -> None:
+    run = restored(writer, 1, 0.0)
+    told = {"calibration": {"kind": "nominal"}, "parts": {}}
+    result = run_verdict({**run.facts["result"], **told}, {"thresholds": {}}, {}).result
+    assert (result["level"], [note["name"] for note in result["notes"]]) == ("green", ["calibration_nominal"])
+    (line,) = note_lines(result)
+    assert line.startswith("    note   the calibration is nominal: sizes are uncertain by half a per cent")
+    assert "notes" not in record_verdict(writer, run).facts["result"]  # a report without a calibration
 
 
 def test_a_page_that_could_not_be_restored_has_none(writer) -> None:

@@ -18,7 +18,9 @@ from drivers.simulated import Curl, Text, shoot
 from restore import RangeScan
 from station.console.shown_pages.layers import FILES, ON_CAPTURE
 from station.console.shown_pages.tiles import OVERLAP, TILE
+from station.console.shown_pages.uncertainty import OPACITY
 from station.export.model import decode_arrays
+from station.images.tiff import encode_uncertainty
 from station.session import Volume, add_scan, create_session, open_session, record_run, scan_path
 from station.session.parts import RESTORE
 from station.session.stages import run_restore
@@ -177,7 +179,7 @@ def test_what_is_not_there_is_not_found(viewed):
     ):
         assert browser.get(f"/api/{path}").status_code == 404, path
     assert browser.get(f"/api/pictures/{row['restore']}/secret.dzi").status_code == 422
-    assert {*FILES, ON_CAPTURE} == {"page", "master", "coverage", "strain", "original"}
+    assert {*FILES, ON_CAPTURE} == {"page", "master", "coverage", "strain", "uncertainty", "original"}
 
 
 def test_links_and_damaged_pictures_of_a_session_are_refused(restored, tmp_path):
@@ -241,3 +243,49 @@ def test_both_leaves_of_an_opened_book_are_shown(tmp_path):
         assert browser.get(f"/api/pictures/{event}/left.strain.dzi").status_code == 404
         for wrong in ("middle.page", "left.original", "left..page"):
             assert browser.get(f"/api/pictures/{event}/{wrong}.dzi").status_code in (404, 422)
+
+
+@pytest.fixture
+def uncertain(tmp_path) -> Iterator[tuple[httpx.Client, int, Path]]:
+    """A browser, a restoration that estimated its uncertainty, and the file of that."""
+    values = np.tile(np.linspace(0.0, 0.02, 40, dtype=np.float32), (30, 1))
+    values[:, :5] = np.nan
+    create_session(tmp_path / "book", Volume(title="Book", preset_values={}))
+    with open_session(tmp_path / "book") as writer:
+        capture = add_scan(writer, curl_scan(), facts={})
+        made = writer.staging("run")
+        made.mkdir()
+        Image.fromarray(np.zeros((30, 40, 3), np.uint8)).save(made / "page.png")
+        (made / "page-uncertainty.tif").write_bytes(encode_uncertainty(values, 150))
+        result = {"page_mm": [40.0, 30.0], "measures": {"fingerprint": pack(bytes(PACKED_BYTES))}}
+        result["uncertainty_mm"] = {"noise": 0.005, "method": 0.01, "total": 0.0112, "p95": 0.027}
+        event = record_run(writer, RESTORE, capture, parameters={}, result=result, files=made)
+        stored = writer.session.path(event, "page-uncertainty.tif")
+    with serving(tmp_path, GatedScanner(curl_scan()), StandInRestorer()) as served, served.client() as browser:
+        assert browser.post("/api/sessions/book/open", json={"read_only": True}).status_code == 200
+        yield browser, event.number, stored
+
+
+def test_the_uncertainty_is_a_layer_with_its_scale(uncertain):
+    browser, event, _ = uncertain
+    assert browser.get("/api/pages/1").json()["layers"] == ["page", "uncertainty", "original"]
+    assert dzi_size(browser, event, "uncertainty") == dzi_size(browser, event, "page")
+    picture = picture_of(browser.get(f"/api/pictures/{event}/uncertainty/full"))
+    assert set(picture[:, :5, 3].ravel()) == {0}
+    assert set(picture[:, 5:, 3].ravel()) == {OPACITY}
+    assert (np.diff(picture[0, 5:, :3].sum(axis=1, dtype=int)) <= 0).all()  # darker where less is known
+    scale = browser.get(f"/api/pictures/{event}/uncertainty/scale").json()
+    assert (scale["end"], scale["unit"], scale["uncertainty_mm"]["total"]) == (0.02, "mm", 0.0112)
+    assert browser.get(f"/api/pictures/{event}/uncertainty_files/6/0_0.png").status_code == 200
+
+
+@pytest.mark.parametrize("name", ["uncertainty/full", "uncertainty/scale", "uncertainty.dzi"])
+def test_a_damaged_uncertainty_is_a_fault(uncertain, name):
+    browser, event, stored = uncertain
+    png = io.BytesIO()
+    Image.new("L", (40, 30)).save(png, "PNG")
+    for data in (stored.read_bytes()[:-200], b"", png.getvalue()):
+        stored.chmod(0o600)
+        stored.write_bytes(data)
+        answer = browser.get(f"/api/pictures/{event}/{name}")
+        assert (answer.status_code, answer.json()["error"]["key"]) == (422, "damaged")

@@ -2,25 +2,36 @@
 
 import { get } from "../api.js";
 import { h, segmented, set } from "../dom.js";
-import { percent } from "../format.js";
+import { measure, percent } from "../format.js";
 import { t } from "../strings.js";
 
-const OVERLAYS = ["strain", "coverage"];
 const VEIL = 0.85; // opacity of an overlay: the print stays readable
 
-function strainScale(told) {
-  const stops = told.colours;
+function ramp(stops) {
   const width = 100 / stops.length;
-  const bar = h("svg", { class: "ramp", viewBox: "0 0 100 8", preserveAspectRatio: "none", "aria-hidden": "true" },
+  return h("svg", { class: "ramp", viewBox: "0 0 100 8", preserveAspectRatio: "none", "aria-hidden": "true" },
     stops.map((colour, at) => {
       const rect = h("rect", { x: at * width, width: width + 0.2, height: 8 });
       rect.style.fill = colour;
       return rect;
     }));
+}
+
+function strainScale(told) {
   const { min, max, rms } = told.stretch;
-  return h("div", { class: "strain-scale" }, bar,
+  return h("div", {}, ramp(told.colours),
     h("p", { class: "ends" }, h("span", { text: `−${percent(told.end)}` }), h("span", { text: t("strain.none") }), h("span", { text: `+${percent(told.end)}` })),
     h("p", { class: "soft", text: t("strain.told", { min: percent(min), max: percent(max), rms: percent(rms) }) }));
+}
+
+/** Micrometres: a good page is off by some hundredths of a millimetre. */
+const micrometres = (mm) => measure(mm * 1000, "µm");
+
+function uncertaintyScale(told) {
+  const { total, noise, p95 } = told.uncertainty_mm;
+  return h("div", {}, ramp(told.colours),
+    h("p", { class: "ends" }, h("span", { text: "0" }), h("span", { text: micrometres(told.end) })),
+    h("p", { class: "soft", text: t("uncertainty.told", { total: micrometres(total), noise: micrometres(noise), p95: micrometres(p95) }) }));
 }
 
 function coverageLegend(told) {
@@ -32,9 +43,13 @@ function coverageLegend(told) {
   }));
 }
 
+/** Overlays, from the lowest on: where what their colours mean is found, and how it is shown. */
+const LEGENDS = { strain: ["strain/scale", strainScale], coverage: ["coverage/legend", coverageLegend], uncertainty: ["uncertainty/scale", uncertaintyScale] };
+const OVERLAYS = Object.keys(LEGENDS);
+
 /** The choice of layers: `changed` is called when another is chosen. */
 export function layerChoice(changed) {
-  const chosen = { base: "page", strain: false, coverage: false };
+  const chosen = { base: "page" };
   const legends = h("div", { class: "legends" });
   const base = segmented(t("layers.light"), [["page", t("layer.page")], ["master", t("layer.master")]],
     (key) => { chosen.base = key; changed(); });
@@ -44,10 +59,11 @@ export function layerChoice(changed) {
   });
   const element = h("section", { class: "tool-panel", "aria-label": t("layers") }, h("h2", { text: t("layers") }),
     h("div", { class: "layer-row" }, base.element, boxes.map(([, , label]) => label)), legends);
-  const explain = async (row, prefix) => {
-    const parts = [];
-    if (chosen.strain) parts.push(await get(`/api/pictures/${row.restore}/strain/scale?leaf=${prefix}`).then(strainScale).catch(() => null));
-    if (chosen.coverage) parts.push(await get(`/api/pictures/${row.restore}/coverage/legend?leaf=${prefix}`).then(coverageLegend).catch(() => null));
+  const explain = async (row, prefix, above) => {
+    const parts = await Promise.all(above.map((name) => {
+      const [path, shown] = LEGENDS[name];
+      return get(`/api/pictures/${row.restore}/${path}?leaf=${prefix}`).then(shown).catch(() => null);
+    }));
     legends.replaceChildren(...parts.filter(Boolean));
   };
   return { element,
@@ -61,8 +77,8 @@ export function layerChoice(changed) {
         label.hidden = !offered.includes(name);
         set(input, "disabled", !offered.includes(name));
       }
-      explain(row, prefix);
       const above = OVERLAYS.filter((name) => chosen[name] && offered.includes(name));
+      explain(row, prefix, above);
       return [lowest, ...above].map((layer, at) => ({ event: row.restore, layer: `${prefix}${layer}`, opacity: at ? VEIL : 1 }));
     } };
 }

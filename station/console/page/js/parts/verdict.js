@@ -57,16 +57,18 @@ export function levelSign(row) {
   return h("strong", { class: "sign", "data-level": level }, icon(levelIcon(level)), h("span", { text: word }));
 }
 
-/** The lights of a page; `show` takes its row and, when they are known, its findings. */
+/** The lights of a page; `show` takes its row and, when they are known, its findings and notes. */
 export function verdictLights() {
   const list = h("ul", { class: "lights", "aria-label": t("verdict") });
   const told = h("p", { class: "soft" });
-  const element = h("div", { class: "verdict", tabindex: "0", role: "group", "aria-label": t("verdict") }, told, list);
-  return { element, show: (row, findings) => {
+  const noted = h("div", { class: "notes" });
+  const element = h("div", { class: "verdict", tabindex: "0", role: "group", "aria-label": t("verdict") }, told, list, noted);
+  return { element, show: (row, findings, notes) => {
     const text = !row || row.failed ? "" : row.busy ? t("verdict.waiting") : findings?.length ? "" : t("verdict.none");
     told.replaceChildren(...(row?.failed ? faultText(row.failed, "page.failed.text") : [text]));
     set(told, "hidden", !text && !row?.failed);
     set(list, "hidden", !findings?.length || Boolean(row?.failed) || null);
     list.replaceChildren(...(findings ?? []).map(line));
+    noted.replaceChildren(...(notes ?? []).map(({ name, text }) => h("p", { class: "soft", text: firstOf([`note.${name}`], text) })));
   } };
 }

@@ -77,7 +77,7 @@ export default function shootScreen() {
     judged = row?.page;
     if (!row) return;
     const found = row.level || row.failed ? await details(row) : null;
-    if (current()?.page === row.page) lights.show(row, found?.checks);
+    if (current()?.page === row.page) lights.show(row, found?.checks, found?.notes);
   };
   for (const event of ["rows", "row", "selected"]) on(event, update);
   on("state", (state) => { steps.show(state.scanner); if (title.textContent === "") update(); });

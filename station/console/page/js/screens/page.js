@@ -104,7 +104,7 @@ class PageScreen {
     this.leaf = this.leaves.of(found);
     for (const hand of Object.values(this.hands)) hand.part = this.leaf?.part ?? "page";
     if (row) this.draft.load(row);
-    this.lights.show(row, found?.checks);
+    this.lights.show(row, found?.checks, found?.notes);
     this.more.replaceChildren(...(found ? [...history(found, this.leaf)] : []));
     await this.use(this.tool);
   }
