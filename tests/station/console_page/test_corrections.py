@@ -46,7 +46,7 @@ def answer_with(page, canned, **changed):
 
 def test_a_layout_is_a_draft_until_enter(tool, canned):
     page, panel = tool("s", "Spine")
-    panel.get_by_text("Now: As preset, from the preset.", exact=True).wait_for()
+    panel.get_by_text("Layout: As preset, from the preset.", exact=True).wait_for()
     panel.get_by_text("118.4 mm from the left").wait_for()
     page.keyboard.press("2")
     draft(page).get_by_text("Split (2) instead of as preset").wait_for()
@@ -120,7 +120,7 @@ def test_the_version_of_another_window_can_be_taken(tool, canned):
     page.keyboard.press("2")
     page.keyboard.press("Enter")
     draft(page).get_by_role("button", name="Take theirs").click()
-    panel.get_by_text("Now: Left only (1), from this page.", exact=True).wait_for()
+    panel.get_by_text("Layout: Left only (1), from this page.", exact=True).wait_for()
     assert (sent(canned), tags) == ([], ['"14"'])
 
 
