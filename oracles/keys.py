@@ -39,7 +39,7 @@ EVENTS = "station/session/events.py"
 STEPS = "station/session/steps.py"
 PRESETS = "station/session/presets.py"
 CONFIG = "station/config.py"
-JUDGE = "station/verdict/judge.py"
+JUDGE = "station/verdict/checks.py"
 VOLUME = "station/session/volume.py"
 
 KEYS: Mapping[str, Key] = {

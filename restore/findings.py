@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal, NamedTuple, Self
 
 Severity = Literal["note", "warning", "doubt"]
-"""note: done for the operator · warning: act on it · doubt: size or shape is not to be trusted."""
+"""note: done · warning: act on it · doubt: size or shape is not to be trusted."""
 
 
 class Code(NamedTuple):

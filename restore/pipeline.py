@@ -23,6 +23,7 @@ from restore.photo import (
 )
 from restore.prepared.prepare import prepare
 from restore.prepared.prepared import Prepared
+from restore.prepared.separate import source_of
 from restore.report import describe, findings_of_page
 from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, RangeScan, ScannedSheet, SurfaceMesh
@@ -35,7 +36,7 @@ from restore.texture.inpaint import blank_hidden, inpaint_hidden
 from restore.texture.occlusion import mirror_findings
 from restore.texture.page import Painting
 from restore.uncertainty.calibration import describe_calibration, size_interval
-from restore.uncertainty.estimate import estimate_uncertainty
+from restore.uncertainty.estimate import Uncertainty, estimate_uncertainty
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
 
@@ -70,7 +71,7 @@ def restore(
     clock = Stopwatch(progress)
     with clock("prepare"):
         prepared = prepare(scan)
-        source = scan.scan if isinstance(scan, ScannedSheet) else scan
+        source = source_of(scan)
     unrolled = prepared.unroll(settings, clock, on_step)
     fine, dpi = unrolled.fine, settings.dpi
     registered: list[Registered] = []
@@ -98,17 +99,11 @@ def restore(
     report |= {"coverage": coverage.described(), "source": dict(source.provenance), "seconds": clock.seconds}
     report |= {"photos": photo_report} if photos else {}
     report |= leaf_fields(report)
-    uncertainty, sides_mm = None, None
+    uncertainty: Uncertainty | str | None = None
     if settings.uncertainty:
         with clock("uncertainty"):
-            found_uncertainty = estimate_uncertainty(prepared, unrolled, source)
-        if isinstance(found_uncertainty, str):
-            report["uncertainty_mm"] = {"reason": found_uncertainty}
-        else:
-            uncertainty = found_uncertainty.on_page(coverage.mask.shape, coverage.mask)
-            report["uncertainty_mm"], sides_mm = found_uncertainty.described(), found_uncertainty.sides.tolist()
-    report["calibration"] = describe_calibration(source.provenance)
-    report["size_mm_ci95"] = size_interval(report["calibration"], report["page_mm"], sides_mm)
+            uncertainty = estimate_uncertainty(prepared, unrolled, source)
+    report |= uncertainty_fields(source.provenance, report["page_mm"], uncertainty)
     report["findings"] = [one.as_json() for one in found]
     return RestoredPage(
         image,
@@ -122,8 +117,26 @@ def restore(
         coverage.seen,
         painting.page_source,
         findings=tuple(found),
-        uncertainty=uncertainty,
+        uncertainty=uncertainty.on_page(coverage.mask) if isinstance(uncertainty, Uncertainty) else None,
     )
+
+
+def uncertainty_fields(
+    provenance: Mapping[str, Any], page_mm: Sequence[float], uncertainty: Uncertainty | str | None
+) -> dict[str, Any]:
+    """Return the fields of the report on calibration, size interval and uncertainty, mm.
+
+    uncertainty: None where it was not asked for, or why it cannot be estimated.
+    """
+    calibration = describe_calibration(provenance)
+    sides_mm: list[float] | None = None
+    estimated: dict[str, Any] = {}
+    if isinstance(uncertainty, str):
+        estimated = {"uncertainty_mm": {"reason": uncertainty}}
+    elif uncertainty is not None:
+        sides_mm, estimated = uncertainty.sides.tolist(), {"uncertainty_mm": uncertainty.described()}
+    interval = size_interval(calibration, page_mm, sides_mm)
+    return {**estimated, "calibration": calibration, "size_mm_ci95": interval}
 
 
 def leaf_fields(report: Mapping[str, Any]) -> dict[str, Any]:

@@ -20,23 +20,33 @@ MAX_SUPER_FACTOR = 16  # shots on a grid of sixteenths of a pixel: finer than an
 PROVENANCE_HINT = "give a dictionary of JSON values, as RangeScan describes it"
 
 
-def refuse_unusable(scan: RangeScan | SurfaceMesh) -> None:
-    """Raise BadInput for a scan that cannot be used.
+def refuse_unusable_image(scan: RangeScan) -> None:
+    """Raise BadInput for a range image that cannot be used.
 
-    For arrays of other shapes or types than RangeScan and SurfaceMesh allow, for a picture that shows nothing of the
-    scan, and for a provenance that cannot be read. The vertices and faces of a mesh are checked where it is validated.
+    For arrays of other shapes or types than RangeScan allows, for a picture that shows nothing of the scan, and for a
+    provenance that cannot be read.
     """
+    _check_source(scan)
+    _check_grid(scan)
+
+
+def refuse_unusable_mesh(mesh: SurfaceMesh) -> None:
+    """Raise BadInput for a mesh that cannot be used, as `refuse_unusable_image` does.
+
+    Its vertices and faces are checked where it is validated.
+    """
+    _check_source(mesh)
+    for what in ("vertices", "faces"):
+        if not np.ndim(getattr(mesh, what)):
+            raise BadInput(f"the {what} of the mesh are not an array", HINT)
+    if mesh.texcoords is not None:
+        _check_texcoords(mesh.texcoords, mesh.texture)
+
+
+def _check_source(scan: RangeScan | SurfaceMesh) -> None:
     check_provenance(scan.provenance)
     if scan.texture is not None:
         _check_picture(scan.texture)
-    if isinstance(scan, RangeScan):
-        _check_grid(scan)
-        return
-    for what in ("vertices", "faces"):
-        if not np.ndim(getattr(scan, what)):
-            raise BadInput(f"the {what} of the mesh are not an array", HINT)
-    if scan.texcoords is not None:
-        _check_texcoords(scan.texcoords, scan.texture)
 
 
 def _check_picture(texture: Bytes) -> None:

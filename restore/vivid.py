@@ -12,4 +12,7 @@ TEXTURE_ROWS, TEXTURE_COLS = 480, 640
 """Size of the colour image in every mode (p. 56)."""
 
 FOCAL_PX = MappingProxyType({"TELE": 3454.7, "MIDDLE": 1942.8, "WIDE": 1070.2})
-"""Lens name → focal length in texture pixels, from the straight line through the fields of view of p. 26."""
+"""Lens name → focal length in texture pixels.
+
+From the straight line through the fields of view of p. 26.
+"""

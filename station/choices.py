@@ -6,7 +6,7 @@ from enum import StrEnum
 from typing import Literal
 
 FLAGS = ("tiff", "map", "mesh", "strain", "frames", "review", "ocr", "coverage")
-"""Output files that are asked for, as the options of a run and the `outputs` of presets call them."""
+"""Output files, as the options of a run and the `outputs` of presets name them."""
 
 
 EDITS_SUFFIX = ".edits.json"
@@ -14,7 +14,10 @@ EDITS_SUFFIX = ".edits.json"
 
 Method = Literal["isometric", "sticks", "springs", "conformal", "applicable"]
 Shading = Literal["keep", "remove"]
-"""The values of `restore.Settings`, repeated so that the command line knows them without loading the library."""
+"""The values of `restore.Settings`.
+
+Repeated so that the command line knows them without loading the library.
+"""
 
 
 class Sheets(StrEnum):

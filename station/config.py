@@ -150,8 +150,8 @@ def build_model(model: type[Model], values: Mapping[str, Any], *, name: Callable
         mistakes = [(_key_of(one), _validation_message(one)) for one in error.errors(include_url=False)]
         lines = [f"{name(key)}: {message}" for key, message in mistakes]
         file = name("").rstrip()  # which is named once
-        told = [lines[0], *(line.removeprefix(file).lstrip() if file.endswith(":") else line for line in lines[1:])]
-        raise UsageError("; ".join(told), hint) from error
+        texts = [lines[0], *(line.removeprefix(file).lstrip() if file.endswith(":") else line for line in lines[1:])]
+        raise UsageError("; ".join(texts), hint) from error
 
 
 def _key_of(error: Mapping[str, Any]) -> str:

@@ -11,7 +11,7 @@ from typing import TextIO
 
 COMPILING = "compiling, once"
 WHOLE = "whole run"
-"""The stage that stands for all stages of a run together; its bar says how long the run still takes."""
+"""The stage for all stages of a run together; its bar shows the time left."""
 EARLY, LATE = 0.1, 0.99  # fractions of a run: before the first its speed is not known, after the second it is over
 SECONDS, MINUTES = 10, 120  # the time left is rounded to as many seconds; beyond the second, to minutes
 
@@ -30,15 +30,15 @@ Progress = Callable[[str, float], None]
 """Called with the name of the stage and the fraction done, 0 to 1."""
 
 
-def time_left(elapsed: float, share: float) -> str:
+def time_left(elapsed: float, fraction: float) -> str:
     """Return how long a run still takes, as text.
 
     Empty while it is not known.
-    elapsed: seconds for the fraction `share` of its time.
+    elapsed: seconds for `fraction` of its time.
     """
-    if not EARLY <= share <= LATE:
+    if not EARLY <= fraction <= LATE:
         return ""
-    seconds = elapsed * (1 - share) / share
+    seconds = elapsed * (1 - fraction) / fraction
     if seconds > MINUTES:
         return f"about {round(seconds / 60)} min left"
     return f"about {max(round(seconds / SECONDS), 1) * SECONDS} s left"

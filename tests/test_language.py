@@ -30,6 +30,22 @@ SENTENCE = re.compile(r"(?<=[.!?:])\s+")
 WORD = re.compile(r"[^\s|]*\w\S*")  # a path is one, a bar of a table is none
 
 
+# Files whose matches are not counted, and why: names that others hold, and text that is drawn.
+CONTRACT = {
+    r"(?<!network )\bshares?\b(?! (a|the)\b)": {
+        "restore/findings.py": "the key of a finding in stored reports",
+        "station/verdict/measures.py": "it reads that key",
+        "drivers/simulated/scene/light.py": "a setting of a lamp in configurations",
+        "drivers/simulated/imaging/illumination.py": "it reads that setting",
+        "strings.json": "a placeholder in two languages",
+        "station/session/index.py": "a folder of the XDG specification",
+    },
+    r"\binvent(ed|s)?\b|\bdivided? .{0,12}out\b": {"station/session/older.py": "a key of records of format 1"},
+    r"\b(mend(s|ed|ing)?|hurt)\b": {"station/session/repair.py": "a folder of repairs that were interrupted"},
+}
+DRAWN = "drivers/simulated/scene/artwork/text.py"  # the text of simulated pages: another text is another page
+
+
 class Pattern(NamedTuple):
     """The regular expression of a phrase, what to write in its place, and why."""
 
@@ -39,11 +55,15 @@ class Pattern(NamedTuple):
 
 
 PATTERNS = (
-    Pattern(r"\b(tells?|telling|told)\b", "says, shows, reports, distinguishes", "programs do not talk"),
+    Pattern(r"(?<!\.)\b(tells?|telling|told)\b", "says, shows, reports, distinguishes", "programs do not talk"),
     Pattern(r"\b(is|are|was|were) no (?!longer|more)[a-z]", "is not a, is missing", "not the negation of English"),
     Pattern(r"\b(is|are) (?-i:none)\b", "is missing, is not a …", "a pronoun without a noun"),
     Pattern(r"\bbeside\b", "next to, in addition to, compared with", "three meanings in one word"),
-    Pattern(r"\bshares?\b", "fraction; share is for disks, and the verb", "not used for a ratio in the field"),
+    Pattern(
+        r"(?<!network )\bshares?\b(?! (a|the)\b)",
+        "fraction; share is for disks, and the verb",
+        "not used for a ratio in the field",
+    ),
     Pattern(r"\bso (many|much)\b", "n, the given number", "the number has a name"),
     Pattern(r"\b(whoever|nobody|somebody)\b", "users, no one, or the passive", "who acts is known"),
     Pattern(r"\b(anew|afresh)\b|\bcomes? along\b", "again; bundled", "archaic"),
@@ -86,6 +106,12 @@ def places(regex: str, texts: dict[str, str]) -> list[str]:
     ]
 
 
+def counted(regex: str) -> dict[str, str]:
+    """The modules in which a pattern is counted."""
+    apart = {*CONTRACT.get(regex, {}), DRAWN}
+    return {name: text for name, text in code().items() if name not in apart}
+
+
 def prose() -> dict[str, str]:
     """The documents without code, each character of it a blank, so that lines keep their numbers."""
     blank = re.compile(r"[^\n]")
@@ -100,15 +126,21 @@ def sentences(text: str) -> list[str]:
 
 def counts() -> dict[str, list[int]]:
     """How often each pattern occurs in the documents and in the code."""
-    return {one.regex: [len(places(one.regex, texts)) for texts in (prose(), code())] for one in PATTERNS}
+    return {one.regex: [len(places(one.regex, texts)) for texts in (prose(), counted(one.regex))] for one in PATTERNS}
 
 
 @pytest.mark.parametrize("pattern", PATTERNS, ids=lambda pattern: pattern.regex)
 def test_a_pattern_does_not_spread(pattern: Pattern) -> None:
     allowed = json.loads(COUNTS.read_text("utf-8"))[pattern.regex]
-    for texts, most in zip((prose(), code()), allowed, strict=True):
+    for texts, most in zip((prose(), counted(pattern.regex)), allowed, strict=True):
         found = places(pattern.regex, texts)
         assert len(found) <= most, f"write {pattern.write} ({pattern.reason}): {found}"
+
+
+def test_what_is_not_counted_is_there() -> None:
+    assert CONTRACT.keys() <= {one.regex for one in PATTERNS}
+    for regex, files in CONTRACT.items():
+        assert all(places(regex, {name: code()[name]}) for name in files), regex
 
 
 def test_the_documents_are_short() -> None:

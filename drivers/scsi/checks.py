@@ -9,7 +9,7 @@ from drivers.scsi.transport import CHECK_CONDITION, Reply, Transport
 
 MAX_CDB_LENGTH = 16  # bytes; the command block of a Bulk-Only wrapper and of SG_IO's ordinary commands ends there
 SAFE_TRANSFER = 32 * 1024
-"""Bytes per command that every known bridge supports (the USB2Xchange has the smallest limit)."""
+"""Bytes per command that every known bridge supports; the USB2Xchange has the least."""
 
 
 def check_command(transport: Transport, cdb: bytes, data_out: bytes, data_in_length: int, timeout: float) -> None:

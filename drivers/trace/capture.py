@@ -61,9 +61,9 @@ def _usb_only(path: Path, content: mmap.mmap) -> Iterator[Transfer]:
             found = True
             yield transfer
     if not found:
-        told = f" (it has link types {', '.join(map(str, sorted(unread)))})" if unread else ""
+        others = f" (it has link types {', '.join(map(str, sorted(unread)))})" if unread else ""
         hint = "capture from usbmon or USBPcap while the vendor's program scans"
-        raise CaptureError(f"{path} has no USB bulk transfers{told}", hint)
+        raise CaptureError(f"{path} has no USB bulk transfers{others}", hint)
 
 
 def _records(path: Path, content: Any) -> Iterator[tuple[int, str, bytes]]:

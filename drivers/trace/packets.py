@@ -94,4 +94,4 @@ READERS: Mapping[int, Callable[[bytes, str], Transfer | None]] = {
     LINKTYPE_USB_LINUX_MMAPPED: lambda record, order: usbmon_transfer(record, header=_USBMON_LONG, order=order),
     LINKTYPE_USBPCAP: lambda record, _order: usbpcap_transfer(record),
 }
-"""Link type → how to read one of its records, given the byte order of the capturing machine."""
+"""Link type → reader of its records, given the byte order of the capturing machine."""

@@ -47,8 +47,12 @@ def pitch_packing(kind: Group) -> Packing | None:
     data = None if shape is None else _samples(kind, shape)
     if shape is None or data is None:
         return None
-    share, table = max(_pitch_shares(data, shape), key=lambda found: found[0], default=(0.0, {}))
-    return Packing(table, f"{share:.0%} of the samples are one frame below their neighbour") if share > ENOUGH else None
+    fraction, table = max(_pitch_shares(data, shape), key=lambda found: found[0], default=(0.0, {}))
+    return (
+        Packing(table, f"{fraction:.0%} of the samples are one frame below their neighbour")
+        if fraction > ENOUGH
+        else None
+    )
 
 
 def _pitch_shares(data: bytes, shape: Shape) -> Iterator[tuple[float, dict[str, Any]]]:

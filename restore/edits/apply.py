@@ -93,10 +93,8 @@ def _drawn_spine(inspected: Inspected, points: tuple[tuple[float, float], ...]) 
     return Crease(nodes, 0.0)
 
 
-def _corrected(inspected: Inspected, sheet: ScannedSheet, part: PartEdits) -> ScannedSheet:
+def _corrected(inspected: Inspected, sheet: SeparateSheet, part: PartEdits) -> SeparateSheet:
     """A sheet with its outline, masks and rotation as they were drawn."""
-    if not isinstance(sheet, SeparateSheet):
-        return sheet
     if part.outline is None and not part.masks:
         prepared = sheet.prepared if part.rotate_deg == 0 else None
         return replace(sheet, prepared=prepared, rotate_deg=part.rotate_deg)

@@ -105,8 +105,8 @@ def parts(network: Network) -> Iterator[Piece]:
     reached = np.zeros(network.faces.max() + 1, bool)
     left = list(np.argsort(-np.bincount(labels), kind="stable"))
     while left:
-        beside = np.unique(labels[reached[network.faces].any(axis=1)])
-        label = next((label for label in left if label in beside), left[0])
+        adjacent = np.unique(labels[reached[network.faces].any(axis=1)])
+        label = next((label for label in left if label in adjacent), left[0])
         left.remove(label)
         piece = part_of(network, labels == label)
         reached[piece.vertices] = True

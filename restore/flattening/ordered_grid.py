@@ -262,9 +262,9 @@ def _between(nodes: Nodes, values: Floats, shape: tuple[int, int]) -> Floats:
     for axis, lines in enumerate((nodes.rows, nodes.cols)):
         at = np.interp(np.arange(shape[axis]), lines, np.arange(len(lines)))
         first = np.minimum(at.astype(np.int64), max(len(lines) - 2, 0))
-        share = (at - first).reshape(-1, *[1] * (values.ndim - 1 - axis))
+        fraction = (at - first).reshape(-1, *[1] * (values.ndim - 1 - axis))
         last = np.minimum(first + 1, len(lines) - 1)
-        values = (1.0 - share) * values.take(first, axis) + share * values.take(last, axis)
+        values = (1.0 - fraction) * values.take(first, axis) + fraction * values.take(last, axis)
     return values
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 from restore.errors import BadInput
 from restore.formats.abs import read_abs, write_abs
@@ -27,7 +28,7 @@ from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
 from restore.formats.texture_map import with_oriented_map
 from restore.formats.tifxyz import is_tifxyz, read_tifxyz
-from restore.formats.unit import AUTO, check_unit, in_millimetres, rescale_mesh
+from restore.formats.unit import AUTO, check_unit, in_millimetres, of_voxels, rescale_mesh
 from restore.formats.vcps import read_vcps
 from restore.formats.vertex_colours import with_picture
 from restore.formats.vrml import read_vrml, write_vrml
@@ -55,19 +56,34 @@ __all__ = [
 ]
 __all__ += ["write_abs", "write_obj", "write_ply", "write_vrml", "write_vvd"]
 
-Reader = Callable[[Path, Bytes | None], RangeScan | SurfaceMesh]
+Read = TypeVar("Read", bound=RangeScan | SurfaceMesh)
+FileReader = Callable[[Path, Bytes | None], Read]
+Reader = Callable[[Path, Bytes | None, str], RangeScan | SurfaceMesh]
+
+
+def _mesh(read: FileReader[PaintedMesh]) -> Reader:
+    return lambda path, picture, unit: _on_range_grid(merge_copies(in_millimetres(path, read(path, picture), unit)))
+
+
+def _range_image(read: FileReader[RangeScan]) -> Reader:
+    return lambda path, picture, unit: _in_its_unit(path, read(path, picture), unit)
+
+
+def _segment(read: FileReader[GridMesh]) -> Reader:
+    return lambda path, picture, unit: in_millimetres(path, read(path, picture), unit, of_voxels)
+
 
 READERS: dict[str, Reader] = {
-    ".abs": read_abs,
-    ".abs.gz": read_abs,
-    ".glb": read_glb,
-    ".gltf": read_gltf,
-    ".obj": read_obj,
-    ".ply": read_ply,
-    ".stl": read_stl,
-    ".vcps": read_vcps,
-    ".vvd": read_vvd,
-    ".wrl": read_vrml,
+    ".abs": _range_image(read_abs),
+    ".abs.gz": _range_image(read_abs),
+    ".glb": _mesh(read_glb),
+    ".gltf": _mesh(read_gltf),
+    ".obj": _mesh(read_obj),
+    ".ply": _mesh(read_ply),
+    ".stl": _mesh(read_stl),
+    ".vcps": _segment(read_vcps),
+    ".vvd": _mesh(read_vvd),
+    ".wrl": _mesh(read_vrml),
 }
 WAYS_ROUND = {
     ".r3d": "the depth inside is in Apple's LZFSE compression: export a mesh (OBJ, GLB, PLY) from Record3D instead",
@@ -108,16 +124,11 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
     given_picture = None if texture is None else read_image(Path(texture))
     if is_folder(path):
         if is_tifxyz(path):
-            return in_millimetres(path, read_tifxyz(path, given_picture), unit)
+            return _segment(read_tifxyz)(path, given_picture, unit)
         if given_picture is not None:
             raise BadInput(f"{path}: a scan folder has its own image", "leave --texture out")
         return _in_its_unit(path, read_captures(path) if is_captures(path) else read_folder(path), unit)
-    scan = _reader(path)(path, given_picture)
-    if isinstance(scan, SurfaceMesh):
-        mesh = in_millimetres(path, scan, unit)
-        scan = mesh if isinstance(mesh, GridMesh) else _on_range_grid(merge_copies(mesh))
-    else:
-        scan = _in_its_unit(path, scan, unit)
+    scan = _reader(path)(path, given_picture, unit)
     if given_picture is not None and scan.texture is None:
         raise BadInput(
             f"{path} does not say where the image {texture} lies on it",
@@ -148,19 +159,19 @@ def _in_its_unit(path: Path, scan: RangeScan, unit: str) -> RangeScan:
     return scan
 
 
-def _on_range_grid(mesh: SurfaceMesh) -> RangeScan | SurfaceMesh:
+def _on_range_grid(mesh: PaintedMesh) -> RangeScan | SurfaceMesh:
     """Return the scan on the range grid of a mesh.
 
     Without a grid the mesh without seams, or textured with its vertex colours. Its texture is dropped if it has no
     coordinates.
     """
-    colours = mesh.colours if isinstance(mesh, PaintedMesh) and mesh.texture is None else None
+    colours = mesh.colours if mesh.texture is None else None
     scan = organise(mesh, colours=colours)
     if scan is not None:
         return scan
     joined = joined_by_rounding(mesh)
     mesh = mesh if joined is mesh else merge_copies(joined)
-    if isinstance(mesh, PaintedMesh) and colours is not None:
+    if colours is not None:
         return with_picture(mesh, colours)
     texture = None if mesh.texcoords is None else mesh.texture
     plain = SurfaceMesh(mesh.vertices, mesh.faces, mesh.texcoords, texture, mesh.provenance, findings=mesh.findings)

@@ -22,7 +22,7 @@ def kept_faces(bare: Mask, *, pictured: bool = True) -> tuple[Mask, tuple[Findin
     count = int(bare.sum())
     if not pictured or count in (0, len(bare)):
         return bare | True, ()
-    share = count / len(bare)
-    if share > MAX_BARE:
-        return bare | True, (Finding.of("picture_left_out", share, count=count, total=len(bare)),)
-    return ~bare, (Finding.of("bare_faces", share, count=count, total=len(bare)),)
+    fraction = count / len(bare)
+    if fraction > MAX_BARE:
+        return bare | True, (Finding.of("picture_left_out", fraction, count=count, total=len(bare)),)
+    return ~bare, (Finding.of("bare_faces", fraction, count=count, total=len(bare)),)

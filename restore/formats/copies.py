@@ -9,10 +9,10 @@ import numpy as np
 from restore.findings import Finding
 from restore.formats.mesh import PaintedMesh
 from restore.mesh.places import STEP, Hashes, first_at_place, first_of_equal, mix
-from restore.scan import Ints, SurfaceMesh, with_findings
+from restore.scan import Ints, with_findings
 
 
-def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
+def merge_copies(mesh: PaintedMesh) -> PaintedMesh:
     """Remove copies of faces between the same three places.
 
     The first is kept, whatever the orientation. A finding counts the others. Vertices that are no longer used are left
@@ -25,13 +25,12 @@ def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
     used = np.unique(mesh.faces[kept])
     number = np.zeros(len(mesh.vertices), np.int64)
     number[used] = np.arange(len(used))
-    colours = {"colours": mesh.colours[used]} if isinstance(mesh, PaintedMesh) and mesh.colours is not None else {}
     merged = replace(
         mesh,
         vertices=mesh.vertices[used],
         faces=number[mesh.faces[kept]],
         texcoords=None if mesh.texcoords is None else mesh.texcoords[used],
-        **colours,
+        colours=None if mesh.colours is None else mesh.colours[used],
     )
     return with_findings(merged, Finding.of("copies_merged", count=np.count_nonzero(~kept)))
 

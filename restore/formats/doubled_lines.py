@@ -79,7 +79,9 @@ def _along_rows(points: Floats, valid: Mask) -> tuple[Floats, Mask, Mask, int]:
         filled += end - start - 1
         both = valid[start] & valid[end]
         for row in range(start + 1, end):
-            share = (row - start) / (end - start)
-            points[row] = np.where(both[:, None], (1.0 - share) * points[start] + share * points[end], points[row])
+            fraction = (row - start) / (end - start)
+            points[row] = np.where(
+                both[:, None], (1.0 - fraction) * points[start] + fraction * points[end], points[row]
+            )
             valid[row] &= both
     return points[kept], valid[kept], kept, filled

@@ -19,12 +19,12 @@ from restore.formats.bare_faces import kept_faces
 from restore.formats.glb_attributes import plain_attributes
 from restore.formats.glb_layout import Layout, Requirements
 from restore.formats.gltf_buffers import PLAIN, gathered
-from restore.formats.mesh import checked_mesh
+from restore.formats.mesh import PaintedMesh, checked_mesh
 from restore.formats.packing import pack
 from restore.formats.picture import decode_picture
 from restore.formats.source import CUT_SHORT, DAMAGED, MISSING, read_bytes, without_mark
 from restore.formats.trimesh_parser import MeshArrays, parse_mesh
-from restore.scan import Bytes, Ints, SurfaceMesh
+from restore.scan import Bytes, Ints
 
 # glTF 2.0 specification, "GLB file format specification" and "Accessors".
 MAGIC, VERSION, JSON_CHUNK, BINARY_CHUNK = b"glTF", 2, b"JSON", b"BIN\0"
@@ -46,7 +46,7 @@ MAX_NAME = 80  # characters of an extension's name in a message
 Model = TypeVar("Model", bound=BaseModel)
 
 
-def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
+def read_glb(path: Path, texture: Bytes | None = None) -> PaintedMesh:
     """Read a mesh with its picture, inside or next to it.
 
     texture: (h, w, 3), replaces the picture. Raises BadInput.
@@ -54,7 +54,7 @@ def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     return _read(path, *_chunks(path, read_bytes(path)), texture)
 
 
-def read_gltf(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
+def read_gltf(path: Path, texture: Bytes | None = None) -> PaintedMesh:
     """Read a mesh whose header is a separate file, as `read_glb`.
 
     texture: (h, w, 3). Raises BadInput.
@@ -62,7 +62,7 @@ def read_gltf(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     return _read(path, without_mark(read_bytes(path)), None, texture)
 
 
-def _read(path: Path, header: bytes, binary: bytes | None, texture: Bytes | None) -> SurfaceMesh:
+def _read(path: Path, header: bytes, binary: bytes | None, texture: Bytes | None) -> PaintedMesh:
     header, binary = gathered(path, header, binary)
     layout = _layout(path, header, len(binary))
     changed = plain_attributes(path, header, binary, layout)

@@ -15,7 +15,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from restore.errors import BadInput
-from restore.formats.source import BESIDE, DAMAGED, MAX_FILE_BYTES, ONE_SHOT, find_reference, read_bytes
+from restore.formats.source import DAMAGED, MAX_FILE_BYTES, NEXT_TO_SCAN, ONE_SHOT, find_reference, read_bytes
 
 MAX_NAME = 80  # characters of a name in a message
 # The header of one textured mesh is a page of text with a node or two; an editor adds some dozens.
@@ -86,7 +86,7 @@ def _buffer(path: Path, buffer: dict[str, Any], binary: bytes | None) -> bytes:
         return binary
     data = _content(path, uri := buffer["uri"])
     if data is None:
-        raise BadInput(f"{path}: its buffer {unquote(uri)[:MAX_NAME]!r} is missing", BESIDE)
+        raise BadInput(f"{path}: its buffer {unquote(uri)[:MAX_NAME]!r} is missing", NEXT_TO_SCAN)
     if len(data) < buffer.get("byteLength", 0):
         raise BadInput(f"{path} seems cut short: a buffer has {len(data)} of {buffer['byteLength']} bytes", DAMAGED)
     return data

@@ -52,8 +52,8 @@ def checked_mesh(
     texture: Bytes | None = None,
     colours: Bytes | None = None,
     findings: Sequence[Finding] = (),
-) -> SurfaceMesh:
-    """Check the arrays of a mesh file and make a SurfaceMesh of them.
+) -> PaintedMesh:
+    """Check the arrays of a mesh file and make a mesh of them.
 
     Unused vertices and collapsed faces are removed. Faces with a vertex that is not a number are left out, with a
     finding, as a hole. Without texture and colours, or with one colour alone, the picture next to the file is taken. A

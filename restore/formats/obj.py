@@ -15,7 +15,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.findings import Finding
 from restore.formats.bare_faces import kept_faces
-from restore.formats.mesh import checked_mesh, fan_triangles, split_seams, texture_uv
+from restore.formats.mesh import PaintedMesh, checked_mesh, fan_triangles, split_seams, texture_uv
 from restore.formats.obj_text import ObjText, parse_obj
 from restore.formats.packing import pack
 from restore.formats.picture import adjacent_picture, encode_png, read_image
@@ -44,7 +44,7 @@ _FACES_AND_MATERIALS = re.compile(rb"^[ \t]*(?:f[ \t]|usemtl[ \t]+([^\n]*))", re
 _NUMBER = re.compile(rb"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
-def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
+def read_obj(path: Path, texture: Bytes | None = None) -> PaintedMesh:
     """Read a mesh with texture coordinates.
 
     texture: (h, w, 3), replaces the picture of its material.
@@ -60,8 +60,8 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     pictures, of_faces, notes = list[Bytes](), np.zeros(len(faces), np.int64), list[Finding]()
     if not bare.all() and texture is None:
         pictures, of_faces, notes = _pictures(path, data, text)
-        if not pictures and colours is None and (beside := adjacent_picture(path)) is not None:
-            pictures = [beside]
+        if not pictures and colours is None and (adjacent := adjacent_picture(path)) is not None:
+            pictures = [adjacent]
     elif texture is not None:
         pictures = [texture]
     kept, findings = kept_faces(bare, pictured=bool(pictures))

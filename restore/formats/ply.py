@@ -15,7 +15,15 @@ from restore.errors import BadInput
 from restore.findings import Finding
 from restore.formats.bare_faces import kept_faces
 from restore.formats.grid import check_grid, grid_polygons
-from restore.formats.mesh import check_polygons, checked_mesh, colours_from, fan_triangles, split_seams, texture_uv
+from restore.formats.mesh import (
+    PaintedMesh,
+    check_polygons,
+    checked_mesh,
+    colours_from,
+    fan_triangles,
+    split_seams,
+    texture_uv,
+)
 from restore.formats.obj import file_name
 from restore.formats.packing import MAX_PICTURES, pack
 from restore.formats.picture import encode_png, read_image
@@ -30,7 +38,7 @@ COLOURS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_b
 PICTURE = b"texturefile"
 
 
-def read_ply(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
+def read_ply(path: Path, texture: Bytes | None = None) -> PaintedMesh:
     """Read a mesh, its texture coordinates or its colours.
 
     texture: (h, w, 3), replaces its picture.
@@ -128,8 +136,8 @@ def _colours_of_faces(content: PlyData, count: int) -> Bytes | None:
     vertex, spread = corners.values.astype(np.int64), np.repeat(colours, corners.sizes, axis=0).astype(np.float64)
     if vertex.min() < 0 or vertex.max() >= count:
         return None
-    share = 1.0 / np.maximum(np.bincount(vertex, minlength=count), 1)
-    means = [np.bincount(vertex, channel, count) * share for channel in spread.T]
+    fraction = 1.0 / np.maximum(np.bincount(vertex, minlength=count), 1)
+    means = [np.bincount(vertex, channel, count) * fraction for channel in spread.T]
     return np.rint(np.stack(means, axis=1)).astype(np.uint8)
 
 

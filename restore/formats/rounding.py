@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import sqrt
+from typing import TypeVar
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -18,6 +19,8 @@ from restore.mesh.adjacency import components
 from restore.mesh.places import first_at_place
 from restore.mesh.topology import Topology
 from restore.scan import Floats, SurfaceMesh, with_findings
+
+Mesh = TypeVar("Mesh", bound=SurfaceMesh)
 
 SINGLE = 1e-6  # of the largest coordinate: single precision and what is computed in it, ten of its last places
 OF_MEAN_EDGE = 1e-3  # no program means two places that are nearer to each other
@@ -29,7 +32,7 @@ SAMPLE = 20_000  # vertices that suffice to count those near each other
 CROWDED = 64  # vertices near one: a mesh with more is a cloud of triangles, which cannot be assigned
 
 
-def joined_by_rounding(mesh: SurfaceMesh) -> SurfaceMesh:
+def joined_by_rounding(mesh: Mesh) -> Mesh:
     """Return the mesh with one position for vertices set apart by rounding.
 
     Only border vertices are moved; a finding counts them. How far apart they may be follows from the numbers of the

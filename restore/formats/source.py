@@ -22,7 +22,7 @@ from restore.scan import Floats
 # Remedies.
 ONE_SHOT = "export one capture of the scanner, or a mesh of one page with fewer faces"
 NO_FACES = "export the surface with its faces: a point cloud has to be meshed first"
-BESIDE = "put the file next to the scan, or export the scan into a single file"
+NEXT_TO_SCAN = "put the file next to the scan, or export the scan into a single file"
 UNREADABLE = "check the file's permissions and its disk"
 MISSING = "put the file next to the scan, or give the image with planish restore --texture"
 DAMAGED = "the file is damaged: export or copy it again"

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from restore.errors import BadInput
 from restore.findings import Finding
-from restore.formats.mesh import check_counts, checked_mesh
+from restore.formats.mesh import PaintedMesh, check_counts, checked_mesh
 from restore.formats.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes, with_newlines, without_mark
-from restore.scan import Bytes, Floats, SurfaceMesh
+from restore.scan import Bytes, Floats
 
 HEADER_BYTES = 84  # 80 of any text, then the number of triangles
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
@@ -27,7 +27,7 @@ TEXT_BYTES = 1024  # enough to distinguish text from numbers
 NEWLINE, BLANK = 10, 32
 
 
-def read_stl(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
+def read_stl(path: Path, texture: Bytes | None = None) -> PaintedMesh:
     """Read the triangles and join corners at the same place.
 
     They become one vertex. A finding reports a number of triangles in the header that is not that of the file, and data

@@ -6,14 +6,15 @@ Most formats name none, and those of CT volumes count voxels.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from restore.errors import BadInput
 from restore.findings import Finding
-from restore.mesh.ordered_grid import GridMesh
 from restore.numerics.units import ASSUMED, BY_FORMAT, GIVEN, MAX_COORDINATE_MM, UNIT_MM, UNSTATED
 from restore.runtime.arguments import checks_types
 from restore.scan import SurfaceMesh, with_findings
@@ -22,6 +23,8 @@ EDGE_MM = {**UNIT_MM, "um": 1e-3, "µm": 1e-3}
 ASSUMED_VOXEL = "10um"  # between the 3 and 25 µm of the scrolls that have been scanned
 MAX_UNIT_MM = 1e4
 AUTO = "auto"
+OwnUnit = tuple[str, str, list[Finding]]  # the unit of a file, where it comes from, and findings
+Mesh = TypeVar("Mesh", bound=SurfaceMesh)
 _EDGE = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+) ?([a-zµ]+)", re.ASCII | re.IGNORECASE)
 DOUBTFUL = ("unit_too_large", "voxel_assumed")  # codes of findings
 STANDARD = {".glb": "m", ".gltf": "m"}  # glTF 2.0, section 3.4 "Coordinate System and Units"
@@ -56,19 +59,42 @@ def unit_mm(unit: str) -> float | None:
     return edge if 0.0 < edge <= MAX_UNIT_MM else None
 
 
-def in_millimetres(path: Path, mesh: SurfaceMesh, unit: str = AUTO) -> SurfaceMesh:
+def of_format(path: Path, _mesh: SurfaceMesh, largest: float) -> OwnUnit:
+    """Return the unit of the format of a file.
+
+    Many programs write millimetres into formats of metres: where a coordinate would lie beyond MAX_COORDINATE_MM, they
+    are read as such, with a finding.
+    largest: its largest coordinate.
+    """
+    standard = STANDARD.get(path.suffix.lower())
+    if standard is None:
+        return UNSTATED, ASSUMED, []
+    if largest * UNIT_MM[standard] > MAX_COORDINATE_MM:
+        return UNSTATED, ASSUMED, [Finding.of("unit_too_large", standard=standard, unit=UNSTATED)]
+    return standard, BY_FORMAT, []
+
+
+def of_voxels(_path: Path, mesh: SurfaceMesh, _largest: float) -> OwnUnit:
+    """Return the voxel that the file of a segment names, or else ASSUMED_VOXEL with a finding."""
+    if voxel_um := mesh.provenance.get("voxel_um"):
+        return f"{voxel_um:.9f}um", BY_FORMAT, []
+    return ASSUMED_VOXEL, ASSUMED, [Finding.of("voxel_assumed", voxel=ASSUMED_VOXEL)]
+
+
+def in_millimetres(
+    path: Path, mesh: Mesh, unit: str = AUTO, own_unit: Callable[[Path, SurfaceMesh, float], OwnUnit] = of_format
+) -> Mesh:
     """Return the mesh of a file in mm.
 
-    Its provenance names the unit where it was given or is that of the format. AUTO takes the unit of the format, for a
-    segment the voxel that its file names, or else ASSUMED_VOXEL with a finding. Many programs write millimetres into
-    formats of metres: where a coordinate would lie beyond MAX_COORDINATE_MM, they are read as such, with a finding.
-    Raises BadInput for a given unit under which a coordinate lies beyond that.
+    Its provenance names the unit where it was given or is that of the format.
+    own_unit: the unit for AUTO, by path, mesh and largest coordinate.
+    Raises BadInput for a given unit under which a coordinate lies beyond MAX_COORDINATE_MM.
     """
     check_unit(unit)
     largest = float(np.abs(mesh.vertices).max(initial=0.0))
     source, found = GIVEN, list[Finding]()
     if unit == AUTO:
-        unit, source, found = _own_unit(path, mesh, largest)
+        unit, source, found = own_unit(path, mesh, largest)
     factor = unit_mm(unit) or 1.0
     if largest * factor > MAX_COORDINATE_MM:
         raise BadInput(
@@ -89,20 +115,3 @@ def rescale_mesh(mesh: SurfaceMesh, factor: float) -> SurfaceMesh:
     findings = tuple(one for one in mesh.findings if one.code not in DOUBTFUL)
     provenance = {**mesh.provenance, "unit": UNSTATED, "unit_source": GIVEN}
     return replace(mesh, vertices=mesh.vertices * factor, provenance=provenance, findings=findings)
-
-
-def _own_unit(path: Path, mesh: SurfaceMesh, largest: float) -> tuple[str, str, list[Finding]]:
-    """Return the unit of a file, where it comes from, and findings.
-
-    largest: its largest coordinate.
-    """
-    if isinstance(mesh, GridMesh):
-        if voxel_um := mesh.provenance.get("voxel_um"):
-            return f"{voxel_um:.9f}um", BY_FORMAT, []
-        return ASSUMED_VOXEL, ASSUMED, [Finding.of("voxel_assumed", voxel=ASSUMED_VOXEL)]
-    standard = STANDARD.get(path.suffix.lower())
-    if standard is None:
-        return UNSTATED, ASSUMED, []
-    if largest * UNIT_MM[standard] > MAX_COORDINATE_MM:
-        return UNSTATED, ASSUMED, [Finding.of("unit_too_large", standard=standard, unit=UNSTATED)]
-    return standard, BY_FORMAT, []

@@ -53,8 +53,8 @@ def _means(colours: Bytes, number: Ints, count: int) -> Floats:
 
     number: (n,).
     """
-    share = 1.0 / np.maximum(np.bincount(number, minlength=count), 1)
-    return np.stack([np.bincount(number, channel, count) * share for channel in colours.T], axis=1)
+    fraction = 1.0 / np.maximum(np.bincount(number, minlength=count), 1)
+    return np.stack([np.bincount(number, channel, count) * fraction for channel in colours.T], axis=1)
 
 
 def _painted(mesh: ValidMesh, source: SurfaceMesh, colours: Floats) -> SurfaceMesh:
@@ -92,7 +92,7 @@ def _picture_ppi(flat: Floats, areas: Floats) -> float:
 
     flat: (n, 2) mm, between faces of areas (m,) mm².
     """
-    densest = median_over_area(-_apart(areas), areas, share=DENSE)
+    densest = median_over_area(-_apart(areas), areas, fraction=DENSE)
     most = sqrt(MAX_PIXELS / float(np.prod(np.ptp(flat, axis=0))))
     return MM_PER_INCH * min(OVERSAMPLING / -densest, most)
 

@@ -17,7 +17,15 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.formats.grid import grid_polygons
-from restore.formats.mesh import check_counts, check_polygons, checked_mesh, colours_from, fan_triangles, split_seams
+from restore.formats.mesh import (
+    PaintedMesh,
+    check_counts,
+    check_polygons,
+    checked_mesh,
+    colours_from,
+    fan_triangles,
+    split_seams,
+)
 from restore.formats.picture import encode_png, read_image
 from restore.formats.source import (
     CUT_SHORT,
@@ -28,7 +36,7 @@ from restore.formats.source import (
     read_bytes,
     resolve_reference,
 )
-from restore.scan import Bytes, Floats, Ints, RangeScan, SurfaceMesh
+from restore.scan import Bytes, Floats, Ints, RangeScan
 
 HEADER = b"#VRML V1.0 ascii"
 MAX_PIECES = 1000  # of a file; the scanner's software writes one, or one for each of its shots
@@ -39,7 +47,7 @@ _NODE = re.compile(
 _FILE_NAME = re.compile(rb'\bfilename\s+"([^"]*)"')
 
 
-def read_vrml(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
+def read_vrml(path: Path, texture: Bytes | None = None) -> PaintedMesh:
     """Read the indexed face sets of a file.
 
     texture: (h, w, 3), replaces the picture that it names.

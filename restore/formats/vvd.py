@@ -14,11 +14,11 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.formats.grid import grid_polygons
-from restore.formats.mesh import Numbers, check_counts, checked_mesh, fan_triangles
+from restore.formats.mesh import Numbers, PaintedMesh, check_counts, checked_mesh, fan_triangles
 from restore.formats.picture import encode_png
 from restore.formats.records import find_lists, gather
 from restore.formats.source import CUT_SHORT, DAMAGED, read_bytes
-from restore.scan import Bytes, RangeScan, SurfaceMesh
+from restore.scan import Bytes, RangeScan
 
 MAGIC = b"VIVID"
 HEADER_BYTES = 132
@@ -26,7 +26,7 @@ VERTEX_BYTES = 24
 CORNERS = (3, 4)
 
 
-def read_vvd(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
+def read_vvd(path: Path, texture: Bytes | None = None) -> PaintedMesh:
     """Read the vertices and faces of an element file; `texture` (h, w, 3).
 
     Raises BadInput, also for variants not known yet.

@@ -14,7 +14,7 @@ from restore.numerics.robust import robust_sigma
 from restore.range_image.facets.sheet import Sheet
 from restore.scan import Floats, Ints
 
-BESIDE = 2  # samples on either side of the crease that its facet may have mixed
+MIXED = 2  # samples on either side of the crease that its facet may have mixed
 SPAN = 7  # samples of each wall that a parabola is fitted to, the width of a facet
 MAX_MOVE = 5.0  # samples from the first place: two of a facet's half widths, and the rounding of that place
 INDEPENDENT = 7  # rows with common samples: a facet averages that many
@@ -26,7 +26,9 @@ HALVED = 0.5  # of the residual of a line: a bend that takes less is not one
 
 
 class Crease(NamedTuple):
-    """nodes: (n, 2) grid positions from head to tail; sigma: standard deviation of its place, samples.
+    """The fold at the spine of an opened book.
+
+    nodes: (n, 2) grid positions from head to tail; sigma: standard deviation of its place, samples.
 
     In sigma: the scatter of the rows, a gap in which nothing was measured, and how far the place depends on the curve
     by which the walls are continued. That is the same in each row, and large where a wall turns within a few samples,
@@ -98,7 +100,7 @@ def _crossings(sheet: Sheet, row: Ints, first: Floats) -> tuple[Floats, Floats]:
     """
     depth = sheet.planes[..., 0]
     middle = np.rint(first).astype(int)
-    steps = BESIDE + np.arange(SPAN)
+    steps = MIXED + np.arange(SPAN)
     walls, cubics = [], []
     for sign in (-1, 1):
         at = middle[:, None] + sign * steps
@@ -120,7 +122,7 @@ def _crossings(sheet: Sheet, row: Ints, first: Floats) -> tuple[Floats, Floats]:
 
 
 def _root_near(at: Floats, coefficients: Floats) -> Floats:
-    """Return the roots (n,) of polynomials (n, 4) to which Newton's method leads from places (n,)."""
+    """Find roots (n,) of polynomials (n, 4) by Newton's method from places (n,)."""
     third, second, first, constant = coefficients.T
     for _ in range(NEWTON_STEPS):
         value = ((third * at + second) * at + first) * at + constant
@@ -130,6 +132,9 @@ def _root_near(at: Floats, coefficients: Floats) -> Floats:
 
 
 def _polynomials(at: Floats, values: Floats, degree: int) -> Floats:
-    """Return coefficients (n, degree + 1), the highest power first, through values (n, k) at places (k,)."""
+    """Fit polynomials through values (n, k) at places (k,).
+
+    Returns (n, degree + 1), the highest power first.
+    """
     fit = np.linalg.pinv(np.vander(at, degree + 1))
     return np.asarray(values @ fit.T)

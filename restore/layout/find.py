@@ -18,11 +18,11 @@ from restore.layout.finding import BookPrior, LayoutFinding
 from restore.layout.flattened import FlattenedSheet
 from restore.layout.spine import PER_MM, Spine, find_spine, tilt_map
 from restore.page import FlatMesh
-from restore.prepared.facet_sheet import FacetSheet
 from restore.prepared.prepare import prepare
 from restore.prepared.prepared import Clock, Prepared, Unrolled
 from restore.prepared.refine import interpolate_flat_positions
-from restore.prepared.separate import SeparateSheet, separate_sheets
+from restore.prepared.separate import SeparateSheet, find_sheets
+from restore.range_image.facets.sheet import Sheet
 from restore.range_image.hidden_gutter import find_hidden_gutter
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats, RangeScan, ScannedSheet, SurfaceMesh
@@ -42,8 +42,8 @@ class Inspected:
     """
 
     finding: LayoutFinding
-    sheets: list[ScannedSheet]
-    largest: ScannedSheet | None = None
+    sheets: list[SeparateSheet]
+    largest: SeparateSheet | None = None
     flattened: FlattenedSheet | None = None
     crease: Crease | None = None
 
@@ -79,7 +79,7 @@ def inspect(
     They are flattened; clock(stage) times the stages.
     """
     with clock("prepare"):
-        sheets = [scan] if isinstance(scan, ScannedSheet) else separate_sheets(scan)
+        sheets = find_sheets(scan)
         leaves = [sheet for sheet in sheets if sheet.part]
         if leaves:
             return Inspected(_hidden(leaves), sheets)
@@ -88,12 +88,10 @@ def inspect(
     unrolled = prepared.unroll(settings, clock)
     with clock("layout"):
         finding, crease = look(prepared, unrolled, prior)
-    if not isinstance(prepared, FacetSheet):
+    if prepared.on_grid is None:
         return Inspected(finding, sheets, largest)
-    flattened = FlattenedSheet(prepared.sheet, prepared.is_one_shot, unrolled=unrolled, settings=settings)
-    if isinstance(largest, SeparateSheet):
-        largest = replace(largest, prepared=flattened)
-    return Inspected(finding, sheets, largest, flattened, crease)
+    flattened = FlattenedSheet(prepared.on_grid, prepared.is_one_shot, unrolled=unrolled, settings=settings)
+    return Inspected(finding, sheets, replace(largest, prepared=flattened), flattened, crease)
 
 
 def look(prepared: Prepared, unrolled: Unrolled, prior: BookPrior | None) -> tuple[LayoutFinding, Crease | None]:
@@ -107,8 +105,8 @@ def look(prepared: Prepared, unrolled: Unrolled, prior: BookPrior | None) -> tup
     if spine is None:
         return decide(None, None, None, prior), None
     crease = None
-    if isinstance(prepared, FacetSheet):
-        spine, crease = _within_a_sample(prepared, unrolled, spine)
+    if prepared.on_grid is not None:
+        spine, crease = _within_a_sample(prepared.on_grid, unrolled, spine)
     width = float(np.ptp(fine.flat[:, 0]))
     at = float(spine.place[:, 0].mean())
     finding = decide(spine, print_over_spine(fine, spine.place), (at, width - at), prior)
@@ -116,21 +114,21 @@ def look(prepared: Prepared, unrolled: Unrolled, prior: BookPrior | None) -> tup
     return finding if picture is None else replace(finding, spine=picture, frame="picture"), crease
 
 
-def _within_a_sample(prepared: FacetSheet, unrolled: Unrolled, spine: Spine) -> tuple[Spine, Crease | None]:
+def _within_a_sample(sheet: Sheet, unrolled: Unrolled, spine: Spine) -> tuple[Spine, Crease | None]:
     """The spine placed where both walls meet on the grid; as it was where they do not."""
-    fine, sheet = unrolled.fine, prepared.sheet
+    fine = unrolled.fine
     nodes = _along(fine, unrolled.nodes, spine.place)
     crease = place_crease(sheet, *nodes.T) if len(nodes) else None
     if crease is None:
         return spine, None
     flat = interpolate_flat_positions(sheet.inside.shape, unrolled.nodes, fine.faces, fine.flat, crease.nodes)
     place = np.column_stack([flat[:, 0] - fine.flat[:, 0].min(), fine.flat[:, 1].max() - flat[:, 1]])
-    return replace(spine, place=place, sigma_mm=crease.sigma * _mm_across(prepared, unrolled, crease)), crease
+    return replace(spine, place=place, sigma_mm=crease.sigma * _mm_across(sheet, unrolled, crease)), crease
 
 
-def _mm_across(prepared: FacetSheet, unrolled: Unrolled, crease: Crease) -> float:
+def _mm_across(sheet: Sheet, unrolled: Unrolled, crease: Crease) -> float:
     """Paper of one sample across the crease, in the mean of its walls."""
-    shape, fine = prepared.sheet.inside.shape, unrolled.fine
+    shape, fine = sheet.inside.shape, unrolled.fine
     left, right = (
         interpolate_flat_positions(shape, unrolled.nodes, fine.faces, fine.flat, crease.nodes + [0.0, step])
         for step in (-WALL, WALL)
@@ -167,9 +165,9 @@ def _on_texture(fine: FlatMesh, place: Floats) -> Floats | None:
     return np.stack([np.polyval(fit[:, k], at[[0, len(at) // 2, -1]]) for k in (0, 1)], axis=1)
 
 
-def _hidden(leaves: list[ScannedSheet]) -> LayoutFinding:
+def _hidden(leaves: list[SeparateSheet]) -> LayoutFinding:
     """The layout of the leaves left and right of a gutter that gave no range."""
-    segmented = [leaf.segmented for leaf in leaves if isinstance(leaf, SeparateSheet) and leaf.segmented is not None]
+    segmented = [leaf.segmented for leaf in leaves if leaf.segmented is not None]
     gutter = find_hidden_gutter(segmented)
     hidden = leaves[0].gutter_hidden_mm
     return LayoutFinding(

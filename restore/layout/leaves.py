@@ -11,6 +11,7 @@ from restore.layout.decide import PRINT
 from restore.layout.find import Inspected, inspect, untimed
 from restore.layout.finding import Advice, BookPrior, LayoutFinding
 from restore.layout.split import OVERLAP_MM, split_at_crease
+from restore.prepared.separate import SeparateSheet
 from restore.runtime.arguments import checks_types
 from restore.scan import RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
@@ -30,9 +31,9 @@ class Leaves:
     """
 
     finding: LayoutFinding
-    parts: Mapping[str, ScannedSheet]
+    parts: Mapping[str, SeparateSheet]
     findings: tuple[Finding, ...] = ()
-    left_out: tuple[ScannedSheet, ...] = ()
+    left_out: tuple[SeparateSheet, ...] = ()
 
     def fields(self, part: str) -> dict[str, Any]:
         """The fields of the report of a part."""
@@ -71,7 +72,7 @@ def leaves_of(inspected: Inspected, layout: Layout, overlap_mm: float = OVERLAP_
     finding = inspected.finding
     advice: Advice = finding.advice if layout == "auto" else layout
     if finding.gutter_hidden_mm:
-        leaves: dict[str, ScannedSheet] = {sheet.part: sheet for sheet in inspected.sheets if sheet.part}
+        leaves: dict[str, SeparateSheet] = {sheet.part: sheet for sheet in inspected.sheets if sheet.part}
         if advice in ("whole", "split"):  # two sheets cannot be one page, and neither is lost
             notes = (Finding.of("gutter_hidden", width_mm=finding.gutter_hidden_mm),) if advice == "whole" else ()
             found = Leaves(finding, leaves, notes)
@@ -95,7 +96,7 @@ def _split(inspected: Inspected, advice: Advice, overlap_mm: float) -> Leaves:
     finding = inspected.finding
     crosses = finding.crossing is not None and finding.crossing > PRINT
     overlap = max(overlap_mm, FORCED_OVERLAP_MM) if crosses else overlap_mm
-    parts: Mapping[str, ScannedSheet] = split_at_crease(inspected, overlap)
+    parts: Mapping[str, SeparateSheet] = split_at_crease(inspected, overlap)
     if advice != "split":
         strip = min(finding.widths_mm or (0.0,))
         return Leaves(finding, {advice: parts[advice]}, (Finding.of("facing_strip", width_mm=strip),))

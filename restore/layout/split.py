@@ -32,7 +32,7 @@ def split_at_crease(inspected: Inspected, overlap_mm: float = OVERLAP_MM) -> dic
     if flattened is None or crease is None:
         raise BadInput("the scan has no valley at which it could be split", "restore it whole: --layout whole")
     whole = inspected.largest
-    of_mesh = not isinstance(whole, SeparateSheet) or whole.segmented is None
+    of_mesh = whole is None or whole.segmented is None
     segmented = range_image_of(inspected)
     cols = _cols_on(segmented, flattened.sheet, crease)
     beyond = _distance(segmented, flattened, cols)
@@ -54,7 +54,7 @@ def range_image_of(inspected: Inspected) -> SegmentedScan:
     The scanner's own, or the view of a mesh. Raises BadInput for a mesh that no single view shows.
     """
     whole = inspected.largest
-    if isinstance(whole, SeparateSheet) and whole.segmented is not None:
+    if whole is not None and whole.segmented is not None:
         return whole.segmented
     if inspected.flattened is None:
         raise BadInput("no single view shows this mesh", "restore it whole: --layout whole")

@@ -65,12 +65,12 @@ def stood_outside(offsets: Floats, shifts: Floats) -> bool:
     offsets: (k,) mm, of patches from their vertices.
     shifts: (k,) mm, change of the offsets when the vertices are moved back.
     """
-    told = np.abs(shifts) > TINY
-    if not told.any():
+    moved = np.abs(shifts) > TINY
+    if not moved.any():
         return False
-    shares = -offsets[told] / shifts[told]
-    order = np.argsort(shares)
-    weights = np.cumsum(np.abs(shifts[told])[order])
-    share = float(shares[order][np.searchsorted(weights, 0.5 * weights[-1])])
-    spread = sqrt(0.5 * pi) * robust_sigma(offsets + share * shifts)  # of a median, over that of a mean
-    return abs(share - 1.0) < 0.5 and 5.0 * spread < float(np.linalg.norm(shifts))
+    ratios = -offsets[moved] / shifts[moved]
+    order = np.argsort(ratios)
+    weights = np.cumsum(np.abs(shifts[moved])[order])
+    ratio = float(ratios[order][np.searchsorted(weights, 0.5 * weights[-1])])
+    spread = sqrt(0.5 * pi) * robust_sigma(offsets + ratio * shifts)  # of a median, over that of a mean
+    return abs(ratio - 1.0) < 0.5 and 5.0 * spread < float(np.linalg.norm(shifts))

@@ -42,8 +42,8 @@ def without_page_below(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
     if not below:
         return mesh, []
     cut = np.isin(of_vertex, below)[mesh.faces].any(axis=1)
-    share, step = float(lengths[cut].sum() / lengths.sum()), max(drops[strip] for strip in below)
-    return validated(select(mesh, mesh.faces[~cut])), [Finding.of("page_below", share, step_mm=step)]
+    fraction, step = float(lengths[cut].sum() / lengths.sum()), max(drops[strip] for strip in below)
+    return validated(select(mesh, mesh.faces[~cut])), [Finding.of("page_below", fraction, step_mm=step)]
 
 
 def _bridges(mesh: ValidMesh) -> Mask:

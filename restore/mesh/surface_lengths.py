@@ -126,9 +126,9 @@ def _beside_no_crease(points: Floats, jets: Jets, edges: Ints, steepest: float) 
     edges: (e, 2).
     """
     over = _over_creases(points, jets.normals, jets.forms, edges) > 0.0
-    beside = (jets.normals == 0.0).all(axis=1)  # nor is a vertex without a face
-    beside[edges[over | (_turns(jets.normals, edges) > steepest)]] = True
-    return np.flatnonzero(~beside)
+    excluded = (jets.normals == 0.0).all(axis=1)  # nor is a vertex without a face
+    excluded[edges[over | (_turns(jets.normals, edges) > steepest)]] = True
+    return np.flatnonzero(~excluded)
 
 
 def _turns(normals: Floats, edges: Ints) -> Floats:

@@ -39,9 +39,9 @@ def has_straight_sides(outline: Floats, area: float) -> bool:
     _, (width, height), angle = cv2.minAreaRect(outline.astype(np.float32))
     if area < MIN_TORN_FILL * width * height:
         return False
-    shares = _straight_shares(outline @ _rotation(-np.deg2rad(angle)).T)
-    whole = shares >= MIN_WHOLE_SIDE
-    return bool(whole[0].any() and whole[1].any() and shares.min() >= MIN_TORN_SIDE)
+    fractions = _straight_shares(outline @ _rotation(-np.deg2rad(angle)).T)
+    whole = fractions >= MIN_WHOLE_SIDE
+    return bool(whole[0].any() and whole[1].any() and fractions.min() >= MIN_TORN_SIDE)
 
 
 def _straight_shares(outline: Floats) -> Floats:
@@ -50,14 +50,14 @@ def _straight_shares(outline: Floats) -> Floats:
     Across x and y, for an axis-aligned outline (n, 2). Returns (2, 2).
     """
     low, high = outline.min(axis=0), outline.max(axis=0)
-    shares = np.zeros((2, 2))
+    fractions = np.zeros((2, 2))
     for across in (0, 1):
         place = (outline[:, 1 - across] - low[1 - across]) / (high - low)[1 - across]
         for end, side in enumerate((low[across], high[across])):
-            beside = np.abs(outline[:, across] - side) < _band((high - low)[across])
-            found = np.histogram(place[beside], BINS, (CORNER_SHARE, 1.0 - CORNER_SHARE))[0]
-            shares[across, end] = (found > 0).mean()
-    return shares
+            near_side = np.abs(outline[:, across] - side) < _band((high - low)[across])
+            found = np.histogram(place[near_side], BINS, (CORNER_SHARE, 1.0 - CORNER_SHARE))[0]
+            fractions[across, end] = (found > 0).mean()
+    return fractions
 
 
 def squaring_rotation(outline: Floats, area: float) -> Floats:

@@ -161,17 +161,17 @@ def _fit_side(sheet: Sheet, crossings: Crossings, axis: int, sign: int) -> Line 
 
     Returns None when the side is not straight.
     """
-    beside = _beside(crossings, axis, sign)
-    steps = steps_in_picture(sheet, beside, sign * np.eye(2)[axis]) if sheet.cut_out else None
+    on_side = _beside(crossings, axis, sign)
+    steps = steps_in_picture(sheet, on_side, sign * np.eye(2)[axis]) if sheet.cut_out else None
     if steps is not None:
         # The cut of a mesh says nothing of where the paper ends; a piece of what lies beyond is not part of the page.
-        beside = where(steps.places, _near_line(steps.places, axis, sign))
-    if len(beside.nodes) < MIN_LINE_POINTS:
+        on_side = where(steps.places, _near_line(steps.places, axis, sign))
+    if len(on_side.nodes) < MIN_LINE_POINTS:
         return None
-    near = where(beside, _near_line(beside, axis, sign))
+    near = where(on_side, _near_line(on_side, axis, sign))
     # Least squares over the inliers: an outline runs in steps of a sample, and a median would be one of the steps.
     lines = _fit_line(near.places, axis, sign, cv2.DIST_L2), _axis_aligned_line(near.places, axis, sign)
-    distance, aligned_distance = (_sample_distances(line, beside.places, beside.jacobians) for line in lines)
+    distance, aligned_distance = (_sample_distances(line, on_side.places, on_side.jacobians) for line in lines)
     if not _is_straight(distance):
         return None
     # Pages are cut at right angles: an oblique side must differ from the axis by more than the outline's error.

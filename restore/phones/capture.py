@@ -154,8 +154,8 @@ def _votes(mesh: SurfaceMesh, masks: PaperMasks, cameras: Sequence[PhotoCamera])
 
     Of the views that show them.
     """
-    share, count = masks.votes(cameras, mesh.vertices)
-    return (share > MAX_VIEWS) & (count > 0)
+    fraction, count = masks.votes(cameras, mesh.vertices)
+    return (fraction > MAX_VIEWS) & (count > 0)
 
 
 def _facing(mesh: SurfaceMesh, cameras: Sequence[PhotoCamera]) -> int:

@@ -22,7 +22,7 @@ OVERSAMPLING = 1.2  # of the smaller copies that are read for it
 
 _CODE = np.arange(256) / 255
 LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
-"""(256,) linear light of an sRGB code (IEC 61966-2-1)."""
+"""Linear light (256,) of each sRGB code (IEC 61966-2-1)."""
 
 
 def blurred_widely(values: Floats, sigma: float) -> Floats:

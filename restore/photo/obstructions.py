@@ -188,8 +188,8 @@ def _saturation(scan: Floats, both: Mask) -> Floats:
     """
     mask = both[..., None].astype(float)
     white = _white(scan, both)
-    share = np.log((_blur(scan * mask, BLEND_MM / COARSE_MM) / np.maximum(white, SINGLE_TINY)) + DARK)
-    return np.asarray(np.abs(share - share.mean(axis=2, keepdims=True)).max(axis=2))
+    log_ratio = np.log((_blur(scan * mask, BLEND_MM / COARSE_MM) / np.maximum(white, SINGLE_TINY)) + DARK)
+    return np.asarray(np.abs(log_ratio - log_ratio.mean(axis=2, keepdims=True)).max(axis=2))
 
 
 def _light_terms(normals: Floats, both: Mask) -> Floats:

@@ -14,7 +14,10 @@ from restore.photo.photograph import UPRIGHT, Photograph
 from restore.scan import Bytes
 
 QUARTERS = {UPRIGHT: 0, 8: 1, 3: 2, 6: 3}
-"""Tag → quarter turns counter-clockwise that make the picture upright. The other four tags mirror, too."""
+"""Tag → quarter turns counter-clockwise that make the picture upright.
+
+The other four tags mirror, too.
+"""
 
 
 def turned_like(photograph: Photograph, first: Photograph) -> Photograph:

@@ -88,10 +88,10 @@ def _add(total: Codes, codes: Codes, weight: Codes, used: Mask) -> None:
     for row in range(rows):
         for col in range(cols):
             if used[row, col]:
-                share = weight[row, col]
+                fraction = weight[row, col]
                 for k in range(3):
-                    total[row, col, k] += share * codes[row, col, k]
-                total[row, col, 3] += share
+                    total[row, col, k] += fraction * codes[row, col, k]
+                total[row, col, 3] += fraction
 
 
 @numba.njit(cache=True, nogil=True)
@@ -102,9 +102,9 @@ def _blended(total: Codes, off: Mask) -> Bytes:
     for row in range(rows):
         for col in range(cols):
             if not off[row, col]:
-                share = np.float32(1) / max(total[row, col, 3], np.float32(MIN_SHARE))
+                fraction = np.float32(1) / max(total[row, col, 3], np.float32(MIN_SHARE))
                 for k in range(3):
-                    image[row, col, k] = int(total[row, col, k] * share + np.float32(0.5))
+                    image[row, col, k] = int(total[row, col, k] * fraction + np.float32(0.5))
     return image
 
 

@@ -165,7 +165,7 @@ def _posed(reference: Reference, ours: Features, grey: Bytes, focal_px: float | 
     points = reference.at(matches.reference)
     on_page = np.isfinite(points[:, 0])
     points, pixels = points[on_page], matches.photograph[on_page]
-    ladder = [share * side for share in LADDER]
+    ladder = [fraction * side for fraction in LADDER]
     camera, inliers = find_pose(points, pixels, size, [focal_px, *ladder] if focal_px else ladder)
     for straight in (True, False):
         if inliers.sum() >= MIN_INLIERS:

@@ -48,7 +48,7 @@ class Source:
     mtf50: float | None = None
 
     @property
-    def share(self) -> float:
+    def fraction(self) -> float:
         """The ideal pixels to one of its own."""
         return resolved_fraction(self.mtf50)
 
@@ -82,7 +82,7 @@ def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
     known = inside & ~_hidden_from_scanner(page, inside.shape)
     views = in_threads(lambda source: _photographed(source, page, coarse, inside, scanned, known), sources[1:])
     views = [scanned, *_without_contradictions(views, coarse[..., 3:6], inside & ~known)]
-    weights = _weights(views, [source.share for source in sources], inside)
+    weights = _weights(views, [source.fraction for source in sources], inside)
     ppi = np.stack([view.ppi for view in views]).astype(np.float32)
     return Plan(weights.astype(np.float32), _gains(views, weights), ppi, np.stack([view.covered for view in views]))
 
@@ -141,17 +141,17 @@ def _photographed(
     return replace(view, good=good & ~covered, covered=covered)
 
 
-def _weights(views: Sequence[CoarseView], shares: Sequence[float], inside: Mask) -> Floats:
+def _weights(views: Sequence[CoarseView], fractions: Sequence[float], inside: Mask) -> Floats:
     """Return the weight (s, h, w) of each source.
 
     The photograph that resolves most, the scanner where no photograph is good.
-    shares: the ideal pixels to a pixel of each source.
+    fractions: the ideal pixels to a pixel of each source.
     """
     pixels_per_mm = COARSE_DPI / MM_PER_INCH
     edges = [_feathered(view.good, inside, FEATHER_MM * pixels_per_mm) for view in views[1:]]
     smoothed = [
-        cv2.GaussianBlur(np.where(view.good, share * view.ppi, 0.0), (0, 0), SETTLE_MM * pixels_per_mm)
-        for view, share in zip(views[1:], shares[1:], strict=True)
+        cv2.GaussianBlur(np.where(view.good, fraction * view.ppi, 0.0), (0, 0), SETTLE_MM * pixels_per_mm)
+        for view, fraction in zip(views[1:], fractions[1:], strict=True)
     ]
     best = np.argmax([np.where(edge > 0, ppi, -1.0) for edge, ppi in zip(edges, smoothed, strict=True)], axis=0)
     chosen = [
@@ -199,9 +199,9 @@ def _gain(light: Floats, wanted: Floats, both: Mask) -> Floats:
     """
     total, given = np.zeros_like(light), np.zeros_like(light)
     mask = both[..., None].astype(float)
-    for width, share in ((MATCH_MM, 1.0), (FAR_MM, 1e-3)):
+    for width, fraction in ((MATCH_MM, 1.0), (FAR_MM, 1e-3)):
         sigma = width / MM_PER_INCH * COARSE_DPI
-        total += share * blurred_widely(wanted * mask, sigma)
-        given += share * blurred_widely(light * mask, sigma)
+        total += fraction * blurred_widely(wanted * mask, sigma)
+        given += fraction * blurred_widely(light * mask, sigma)
     mean = (wanted * mask).sum(axis=(0, 1)) / np.maximum((light * mask).sum(axis=(0, 1)), SINGLE_TINY)
     return np.asarray(np.clip((total + SINGLE_TINY * mean) / (given + SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN))

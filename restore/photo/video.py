@@ -60,8 +60,8 @@ def spread(sharpness: Floats, travelled: Floats, count: int) -> Ints:
     sharpness: (n,), of the frames.
     travelled: (n,), path travelled up to each.
     """
-    share = np.minimum((travelled / travelled[-1] * count).astype(int), count - 1)
-    return np.array([max(np.flatnonzero(share == k), key=lambda n: sharpness[n]) for k in np.unique(share)])
+    section = np.minimum((travelled / travelled[-1] * count).astype(int), count - 1)
+    return np.array([max(np.flatnonzero(section == k), key=lambda n: sharpness[n]) for k in np.unique(section)])
 
 
 def _measured(path: Path, progress: Progress) -> tuple[Ints, Floats, Floats]:

@@ -40,8 +40,8 @@ def check_found(found: Mask, in_frame: Mask, views: Sequence[int]) -> None:
     found, in_frame: (v, n), True where a patch is found, and where it lies within the picture.
     """
     known = found.any(axis=0)
-    shares = (found & known).sum(axis=1) / np.maximum((in_frame & known).sum(axis=1), 1)
-    _raise_for(views, shares < MIN_SHARE * np.median(shares), Finding.of("other_page"))
+    fractions = (found & known).sum(axis=1) / np.maximum((in_frame & known).sum(axis=1), 1)
+    _raise_for(views, fractions < MIN_SHARE * np.median(fractions), Finding.of("other_page"))
 
 
 def check_residuals(residuals: Floats, sigma: Floats, view: Ints, views: Sequence[int]) -> None:

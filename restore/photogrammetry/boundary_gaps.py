@@ -14,7 +14,7 @@ from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints, Mask
 
 SPACING_MM = 2.0  # of the points of the edge
-BESIDE = np.arange(1, 7)  # points from what is not measured, along which a side is a line
+FLANK = np.arange(1, 7)  # points from what is not measured, along which a side is a line
 MIN_OF_SIDE = 3  # of them, measured
 LONGEST_MM = 20.0  # that is drawn straight, or to a corner
 STRAY_MM = 5.0  # from a straight side: the error of masks where the card lies next to it
@@ -68,7 +68,7 @@ def _gaps(measured: Mask) -> Iterator[tuple[Ints, Ints, Ints]]:
     count = len(measured)
     for start in np.flatnonzero(~measured & np.roll(measured, 1)):
         run = start + np.arange(np.argmax(np.roll(measured, -start)))
-        before, after = (run[0] - BESIDE[::-1]) % count, (run[-1] + BESIDE) % count
+        before, after = (run[0] - FLANK[::-1]) % count, (run[-1] + FLANK) % count
         before, after = before[measured[before]], after[measured[after]]
         if min(len(before), len(after)) >= MIN_OF_SIDE:
             yield run % count, before, after
@@ -96,7 +96,7 @@ def at_corners(points: Floats) -> Mask:
     """
     found = np.zeros(len(points), bool)
     for number, point in enumerate(points):
-        before, after = ((number + way * (1 + BESIDE)) % len(points) for way in (-1, 1))
+        before, after = ((number + way * (1 + FLANK)) % len(points) for way in (-1, 1))
         corner = _corner(*_line(points[before]), *_line(points[after]))
         if corner and np.linalg.norm(corner[0] - point) < SHARP_MM:
             found[(number + np.arange(-1, 2)) % len(points)] = True

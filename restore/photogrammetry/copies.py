@@ -13,7 +13,7 @@ from restore.photo.photograph import Photograph
 SMOOTHING_PX = 0.6  # standard deviation: a camera's pixels alias more than that
 
 Copies = NDArray[np.float32]
-"""(v, h, w) brightness"""
+"""Brightness (v, h, w)."""
 
 
 def smoothed_copies(photographs: Sequence[Photograph], side: int) -> Copies:

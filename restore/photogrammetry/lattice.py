@@ -27,7 +27,10 @@ LOOSE = 1e-6  # of a height that no equation determines
 REACH = 2  # nodes on either side of a second difference of second differences
 
 Stages = Sequence[tuple[float, int]]
-"""Exponents of the bends, 2 for all of one weight, 1 for their sum, 0 for the sum of their logarithms; and steps."""
+"""Exponents of the bends, and steps.
+
+2 for all of one weight, 1 for their sum, 0 for the sum of their logarithms.
+"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -104,8 +104,8 @@ class PaperMasks:
             for row, counted in enumerate((~unknown[rows, cols], shown, True)):
                 total[row, inside] += counted & (mask[rows, cols] > 0.5)
                 count[row, inside] += counted
-        share = total / np.maximum(count, 1)
-        return np.select([count[0] > 0, count[1] > 0], [share[0], share[1]], share[2]), count[2]
+        fraction = total / np.maximum(count, 1)
+        return np.select([count[0] > 0, count[1] > 0], [fraction[0], fraction[1]], fraction[2]), count[2]
 
     def uncovered(self, cameras: Sequence[PhotoCamera], vertices: Floats, faces: Ints) -> float:
         """Return the fraction of the paper that a mesh does not cover.
@@ -115,13 +115,13 @@ class PaperMasks:
         faces: (m, 3).
         """
         height, width = self.masks.shape[1:]
-        shares = []
+        fractions = []
         for mask, camera in zip(self.masks, cameras, strict=True):
             pixels = camera.scaled((width, height)).project(vertices)
             drawn = np.isfinite(rasterise(pixels, faces, np.zeros((len(vertices), 1)), height, width)[..., 0])
             paper, covered = mask > 0.5, cv2.dilate(drawn.astype(np.uint8), np.ones((RIM, RIM), np.uint8)) > 0
-            shares.append((paper & ~covered).sum() / max(paper.sum(), 1))
-        return float(np.median(shares))
+            fractions.append((paper & ~covered).sum() / max(paper.sum(), 1))
+        return float(np.median(fractions))
 
 
 def find_paper(images: Sequence[Bytes], cards: Sequence[CardInView]) -> PaperMasks:
@@ -251,8 +251,8 @@ def area_of_votes(
     """
     x, y = (np.arange(start + CELL_MM / 2, end, CELL_MM) for start, end in zip(low, high, strict=True))
     places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    share, count = masks.votes(cameras, surface.points(places), surface.normals(places))
-    paper = ((share > MAJORITY) & (count >= MIN_FACING)).reshape(len(y), len(x))
+    fraction, count = masks.votes(cameras, surface.points(places), surface.normals(places))
+    paper = ((fraction > MAJORITY) & (count >= MIN_FACING)).reshape(len(y), len(x))
     paper = ndimage.binary_opening(paper, iterations=OPENING)
     # Padded: closing would otherwise take from the border.
     paper = ndimage.binary_closing(np.pad(paper, CLOSING), iterations=CLOSING)[CLOSING:-CLOSING, CLOSING:-CLOSING]
@@ -286,8 +286,8 @@ def on_page(masks: PaperMasks, cameras: Sequence[PhotoCamera], points: Floats) -
 
     Returns (n,) bool.
     """
-    share, count = masks.votes(cameras, points)
-    return np.asarray((share > SURE) & (count >= MIN_VIEWS))
+    fraction, count = masks.votes(cameras, points)
+    return np.asarray((fraction > SURE) & (count >= MIN_VIEWS))
 
 
 def ground_sample(cameras: Sequence[PhotoCamera], points: Floats) -> float:

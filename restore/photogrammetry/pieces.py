@@ -20,7 +20,7 @@ LINKED = 2.5  # standard deviations, up to which a point is predicted
 NEAR = 2.2  # distances between points: farther, a quadratic predicts nothing reliably
 BEND = 0.006  # of their distance, by which points without a crease between them miss a quadratic: 6 µm to a millimetre
 FAR = 4.0  # distances between points, over which a piece goes on: a line of print may be missing
-BESIDE = 2  # neighbours on a piece that a point needs to be added to it
+MIN_NEIGHBOURS = 2  # neighbours on a piece that a point needs to be added to it
 GROWN_FROM = 16  # points of the piece next to it
 GROWTH_BEND = 0.02  # of the distance: half of what a crease of MIN_TURN leaves
 MIN_TURN = 0.1  # radians, 6°: a crease that turns by less is as well rounded
@@ -107,7 +107,7 @@ def _grown(points: Floats, places: Floats, labels: Ints, edges: Ints) -> Ints:
         pairs, counts = np.unique(np.stack([rim[:, 0], labels[rim[:, 1]]], axis=1), axis=0, return_counts=True)
         added = labels.copy()
         for (point, piece), count in zip(pairs.tolist(), counts.tolist(), strict=True):
-            if count < BESIDE or (point, piece, count) in refused:
+            if count < MIN_NEIGHBOURS or (point, piece, count) in refused:
                 continue
             own = np.flatnonzero(labels == piece)
             near = own[np.argsort(((places[own] - places[point]) ** 2).sum(axis=1))[:GROWN_FROM]]

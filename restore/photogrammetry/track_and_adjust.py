@@ -56,6 +56,18 @@ FACET_ROUNDS = (Round(FINE_SIDE, 0.6, 4.5), Round(FINE_SIDE, 0.8, 4.5), Round(FI
 LAST = ROUNDS[-1], FACET_ROUNDS[-1]
 
 
+def _places_on(area: PageArea, sample: float, spacing: float, *, grows: bool) -> Floats:
+    """Return places (n, 2) mm on the page for patches.
+
+    Those of a page that grows are also beyond its edges.
+    sample: mm, of a patch.
+    """
+    low, high = area.bounds
+    beyond, clear = (GROWTH_MM, -GROWTH_MM) if grows else (0.0, HALF * sample + EDGE_CLEAR_MM)
+    places = grid_places(low - beyond, high + beyond, spacing)
+    return places[area.contains(places, clear)]
+
+
 def play_round(
     greys: Copies, model: Model, surface: AnySurface, area: PageArea, plan: Round, masks: PaperMasks
 ) -> tuple[AnySurface, Floats, Floats, dict[str, float]]:
@@ -70,12 +82,7 @@ def play_round(
     pixel = shrunk * full_pixel
     sample, spacing = plan.sample * pixel, plan.spacing * full_pixel * max(1.0, max(size) / COARSE_SIDE)
     spacing *= CREASED_SPACING if isinstance(surface, FoldedSurface) else 1.0
-    if plan is COARSE:
-        places = grid_places(low - GROWTH_MM, high + GROWTH_MM, spacing)
-        places = places[area.contains(places, -GROWTH_MM)]
-    else:
-        places = grid_places(low, high, spacing)
-        places = places[area.contains(places, HALF * sample + EDGE_CLEAR_MM)]
+    places = _places_on(area, sample, spacing, grows=plan is COARSE)
     places = places[surface.uncreased(places, HALF * sample)]
     patches = Patches(*surface.frames(places))
     tracked = track(greys, model.cameras, patches, sample)
@@ -100,8 +107,8 @@ def play_round(
     rms = float(np.sqrt(np.median(squared)))
     agree = np.sqrt(squared) < OUTLIER_SIGMAS * rms
     if plan not in ROUNDS[1:]:  # a coarse patch may lie on the table, and any where a margin is not as it was prolonged
-        share, _ = masks.votes(adjusted.cameras, adjusted.points[: len(used)], patches.normals[used], found[:, used])
-        agree &= share > MAJORITY
+        fraction, _ = masks.votes(adjusted.cameras, adjusted.points[: len(used)], patches.normals[used], found[:, used])
+        agree &= fraction > MAJORITY
     model.cameras, model.points = adjusted.cameras, adjusted.points[: len(used)][agree]
     surface = surface.moved(model.set_frame(model.points))
     feet = surface.feet(model.points, places[used[agree]])

@@ -64,6 +64,15 @@ class FacetSheet(Prepared):
         unrolled = unroll(self.sheet, settings, clock, on_step)
         return rotated(unrolled if self.is_one_shot else upright_as_textured(unrolled), self.rotate_deg)
 
+    @property
+    def on_grid(self) -> Sheet:
+        """The sheet itself."""
+        return self.sheet
+
+    def with_noise(self) -> Sheet | str:
+        """Return the sheet of a scanner's own image, or why it is missing."""
+        return self.sheet if self.is_one_shot else super().with_noise()
+
     def on_own_grid(self, rays: Rays, mask: Mask) -> Mask:
         """Return a mask on the sheet's grid, (rows, cols).
 
@@ -89,8 +98,8 @@ class FacetSheet(Prepared):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Where its border may go on, unseen."""
-        shares = {name: getattr(self.sheet, name) for name in BORDERS}
-        return tuple(Finding.of(name, share) for name, share in shares.items() if share > BORDERS[name])
+        fractions = {name: getattr(self.sheet, name) for name in BORDERS}
+        return tuple(Finding.of(name, fraction) for name, fraction in fractions.items() if fraction > BORDERS[name])
 
     def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
         """Return the normal (h, w, 3) of the nearest facet.

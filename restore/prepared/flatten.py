@@ -34,7 +34,7 @@ from restore.range_image.resample import MIN_VERTICES, resample
 from restore.range_image.segmentation.segment import segment
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats, Ints, SurfaceMesh
-from restore.scan_check import refuse_unusable
+from restore.scan_check import refuse_unusable_mesh
 from restore.settings import Settings
 
 CLEAN = 0.002  # of the mean edge: noise that no scanner is without
@@ -62,7 +62,7 @@ def flatten(
     >>> page.flat.shape, round(float(np.linalg.norm(page.flat[0] - page.flat[2])), 3)
     ((4, 2), 14.142)
     """
-    refuse_unusable(mesh)
+    refuse_unusable_mesh(mesh)
     if isinstance(mesh, GridMesh):
         if method == DEFAULT and lengths is None:
             return replace(flatten_grid(mesh, len(mesh.vertices))[0], vertices=mesh.vertices)

@@ -23,12 +23,13 @@ from restore.prepared.facet_sheet import FacetSheet, rotated, unroll
 from restore.prepared.prepared import Clock, Unrolled
 from restore.prepared.refine import interpolate_flat_positions
 from restore.prepared.separate import LeafSpine
-from restore.range_image.facets.sheet import PageOnGrid
+from restore.range_image.facets.sheet import PageOnGrid, Sheet
 from restore.scan import Bytes, Floats, Ints, Mask, Part
 from restore.settings import Settings
 from restore.texture.coverage import CoverageClass
 from restore.texture.page import rasterise_on_page
 
+A_LEAF = "a leaf of an opened book is not covered: restore the opening whole"
 PLACES = 17  # along the spine, that its line on the flat page is fitted to
 AT_SPINE_MM = 0.5  # from its line: the border was moved onto it, as it was before the vertices found their rows
 
@@ -48,6 +49,10 @@ class LeafSheet(FacetSheet):
         """The flat leaf, its side at the spine given, with the strip of the facing page."""
         page = self._with_strip(unroll(self.sheet, settings, clock, on_step, given=self._spine_side))
         return rotated(page, self.rotate_deg)
+
+    def with_noise(self) -> Sheet | str:
+        """Return the reason: the line of the spine has errors that are not estimated."""
+        return A_LEAF if self.is_one_shot else super().with_noise()
 
     @property
     def sign(self) -> int:

@@ -31,7 +31,7 @@ from restore.range_image.remove_table import page_and_table
 from restore.range_image.resample import resample
 from restore.range_image.segmentation.segment import SegmentedScan, find_sheet, largest_surface, segment
 from restore.scan import InterpolatedMesh, RangeScan, ScannedSheet, SurfaceMesh, with_findings
-from restore.scan_check import refuse_unusable
+from restore.scan_check import refuse_unusable_image, refuse_unusable_mesh
 
 
 def prepare(scan: RangeScan | SurfaceMesh | ScannedSheet) -> Prepared:
@@ -49,7 +49,7 @@ def of_range_image(scan: RangeScan) -> Prepared:
 
     As a mesh where its samples are on no lines of sight.
     """
-    refuse_unusable(scan)
+    refuse_unusable_image(scan)
     check_size(scan)
     rays = find_rays(scan)
     if rays is not None:
@@ -92,7 +92,7 @@ def of_mesh(scan: SurfaceMesh) -> FacetSheet | PlainMesh:
 
     It stays a mesh where no view shows all of it, or it is coarse.
     """
-    refuse_unusable(scan)
+    refuse_unusable_mesh(scan)
     mesh = _checked(scan)
     if scan.texcoords is not None and map_runs_back(scan.faces, scan.texcoords):
         mesh = replace(mesh, provenance={**mesh.provenance, "mirrored": True})
@@ -117,7 +117,7 @@ def of_view(view: SegmentedScan) -> FacetSheet:
 
 def of_interpolated(scan: InterpolatedMesh) -> InterpolatedPage:
     """A mesh of the page alone: a flat part of it, lit otherwise, is not a table."""
-    refuse_unusable(scan)
+    refuse_unusable_mesh(scan)
     mesh = _checked(scan)
     view = resample(mesh)
     if view is None:
@@ -142,4 +142,7 @@ PREPARERS: Mapping[type, Callable[[Any], Prepared]] = {
     InterpolatedMesh: of_interpolated,
     GridMesh: OrderedGrid,
 }
-"""Kind of scan → what prepares it; a kind that is not listed is prepared as the nearest that it derives from."""
+"""Kind of scan → what prepares it.
+
+A kind that is not listed is prepared as the nearest that it derives from.
+"""

@@ -19,12 +19,14 @@ from restore.mesh.measures import signed_areas, vertex_normals
 from restore.numerics.limits import SINGLE_TINY
 from restore.outline.rectangle import has_straight_sides, squaring_rotation
 from restore.page import FlatMesh
+from restore.range_image.facets.sheet import Sheet
 from restore.scan import Bytes, Floats, Mask
 from restore.settings import Settings
 from restore.texture.coverage import Coverage, CoverageClass, cut_findings, filled_findings
 from restore.texture.occlusion import viewpoint
 from restore.texture.page import PageMap, Painting, page_map
 
+NO_NOISE = "a mesh has no noise of single rays: give the range image"
 MIN_OVERLAP = 0.7  # correlation of flat and texture positions: one chart explains half of their variance
 
 Clock = Callable[[str], AbstractContextManager[None]]
@@ -62,6 +64,15 @@ class Prepared(ABC):
         All of them for 0.
         clock: clock(stage) times the stages.
         """
+
+    @property
+    def on_grid(self) -> Sheet | None:
+        """The sheet on its range grid; None for a page without one."""
+        return None
+
+    def with_noise(self) -> Sheet | str:
+        """Return the sheet whose single rays have noise, or why it is missing."""
+        return NO_NOISE
 
     @property
     def facts(self) -> Mapping[str, Any]:

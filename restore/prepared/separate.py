@@ -28,7 +28,7 @@ from restore.range_image.remove_table import remove_table
 from restore.range_image.segmentation.segment import SegmentedScan, find_pieces
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats, InterpolatedMesh, Ints, Mask, Part, RangeScan, ScannedSheet, SurfaceMesh
-from restore.scan_check import refuse_unusable
+from restore.scan_check import refuse_unusable_image, refuse_unusable_mesh
 
 OUTLINE_POINTS = 300  # of a sheet that is flattened for its outline alone: ten on each side of a page
 
@@ -101,11 +101,29 @@ def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
     >>> [round(sheet.size) for sheet in separate_sheets(two)]
     [10000, 10000]
     """
-    refuse_unusable(scan)
-    if isinstance(scan, GridMesh):
-        return [SeparateSheet(scan, surface_area(scan.vertices, scan.faces))]
+    return [*find_sheets(scan)]
+
+
+def find_sheets(scan: RangeScan | SurfaceMesh | ScannedSheet) -> list[SeparateSheet]:
+    """Return the sheets of a scan, or the sheet that was given, alone."""
+    if isinstance(scan, SeparateSheet):
+        return [scan]
     if isinstance(scan, SurfaceMesh):
+        refuse_unusable_mesh(scan)
+        if isinstance(scan, GridMesh):
+            return [SeparateSheet(scan, surface_area(scan.vertices, scan.faces))]
         return _sheets_of_mesh(scan)
+    assert isinstance(scan, RangeScan)
+    return _sheets_of_range_image(scan)
+
+
+def source_of(scan: RangeScan | SurfaceMesh | ScannedSheet) -> RangeScan | SurfaceMesh:
+    """Return the scan in which a sheet was found, or the scan itself."""
+    return scan.scan if isinstance(scan, ScannedSheet) else scan
+
+
+def _sheets_of_range_image(scan: RangeScan) -> list[SeparateSheet]:
+    refuse_unusable_image(scan)
     rays = find_rays(scan)
     if rays is None:
         sheets = _sheets_of_mesh(triangulate(scan)) if scan.measured.any() else []
@@ -143,7 +161,7 @@ def _is_rectangular(mesh: SurfaceMesh) -> bool:
     return fills_rectangle(page.flat[page.topology.border], area)
 
 
-def _sheets_of_mesh(scan: SurfaceMesh) -> list[ScannedSheet]:
+def _sheets_of_mesh(scan: SurfaceMesh) -> list[SeparateSheet]:
     mesh = validated(weld(validated(scan)))
     pieces = [mesh.faces[member] for member in large_pieces(mesh)]
     if len(pieces) == 1 and not isinstance(scan, InterpolatedMesh):  # may be a table with sheets on it

@@ -37,11 +37,11 @@ def holes_to_table(sheet: Sheet, segmented: SegmentedScan) -> Mask:
     segmented: the scan that the sheet was cut out of.
     Returns (rows, cols) bool.
     """
-    beside = sheet.inside & sheet.scan.measured & ~sheet.measured
-    if segmented.table is None or beside.sum() < MIN_SAMPLES:
-        return np.zeros_like(beside)
+    others = sheet.inside & sheet.scan.measured & ~sheet.measured
+    if segmented.table is None or others.sum() < MIN_SAMPLES:
+        return np.zeros_like(others)
     table = segmented.scan.points[segmented.table]
-    return _holes(sheet, np.where(beside[..., None], sheet.scan.points, np.nan), table)
+    return _holes(sheet, np.where(others[..., None], sheet.scan.points, np.nan), table)
 
 
 def holes_to_mesh(sheet: Sheet, table: SurfaceMesh) -> Mask:

@@ -21,7 +21,7 @@ CAMERA_DISTANCE = 5.0  # page sizes: far enough to see between steep walls, near
 STEEP_SHARE = 0.05  # of the area: the steepest part, which the grid is to sample as densely as its vertices do
 MIN_PITCH = 0.5  # of the vertices' spacing: on a finer grid there is little but their noise
 MAX_STEEP_GRID = 500  # samples along the longer side, as many as a scanner has: the limit of refinement for steep parts
-ASKEW = radians(3.0)  # of the page's longer side to the rows: a side along a row is known to half a sample, one that
+MAX_TILT = radians(3.0)  # of the page's longer side to the rows: a side along a row is known to half a sample, one that
 # crosses ten of them to a twentieth
 MAX_HIDDEN = 0.01  # of the area may be turned away or occluded; more, and one view does not show the surface
 
@@ -73,7 +73,7 @@ def _askew(posed: PosedSheet) -> PosedSheet:
     """
     x, y = posed.positions[:, 0], posed.positions[:, 1]
     axis = 0.5 * atan2(2.0 * float(posed.weights @ (x * y)), float(posed.weights @ (x * x - y * y)))
-    angle = remainder(ASKEW - axis, pi / 2)  # the print stays as upright as it is
+    angle = remainder(MAX_TILT - axis, pi / 2)  # the print stays as upright as it is
     turn = np.array([[cos(angle), -sin(angle), 0.0], [sin(angle), cos(angle), 0.0], [0.0, 0.0, 1.0]])
     return replace(posed, positions=posed.positions @ turn.T, axes=turn @ posed.axes)
 

@@ -52,17 +52,17 @@ class Certainty:
 
 
 def certainty_of(
-    light: Light, page: Places, judged: Places, brightness: Floats, labels: Ints, blocks: Ints, cap: float
+    light: Light, page: Places, checked: Places, brightness: Floats, labels: Ints, blocks: Ints, cap: float
 ) -> Certainty:
     """Return the certainty of a light on places of a page.
 
-    judged: places with a measured brightness (n,).
+    checked: places with a measured brightness (n,).
     labels: (n,), regions of constant print.
     blocks: (n,), parts of the page with independent residuals.
     cap: the most that a residual in logarithms counts.
     """
     prior = _prior(light)
-    here, slopes = _linearised(light, judged)
+    here, slopes = _linearised(light, checked)
     rest = np.log(np.maximum(brightness, SINGLE_TINY)) - np.log(here)
     rest, slopes = _within_regions(rest, slopes * prior, labels, cap)
     bias, covariance = _error_of_parameters(rest, slopes, blocks)

@@ -20,7 +20,7 @@ STEP = 0.02  # of the light, from a cell to the next: curved pages have less, cr
 COHERENT = 0.5  # of the changes run across the crease: less is where several meet
 ALONG = 12  # cells to either side, 5 mm: a word, and the gaps round it
 # cells: where the page on either side is looked at; among them are, in small print, a line and a gap.
-BESIDE = (-9, -7, -5, 5, 7, 9)
+FLANKS = (-9, -7, -5, 5, 7, 9)
 BRIGHT = 0.9  # of the cells along the crease are darker than its paper: what lies between lines and letters
 ABOVE = 2 * ALONG - int(BRIGHT * 2 * ALONG)  # this many of them may be brighter
 PASSES = 2  # the second time the sides are free of the lines that lie in them
@@ -61,7 +61,7 @@ def _compared(brightness: Field, across: Field, found: Mask, inside: Mask) -> Fi
 
     0 where shading cannot cause it, 1 without a line.
     """
-    reach = 2 * int(max(BESIDE) * FARTHEST) + 1
+    reach = 2 * int(max(FLANKS) * FARTHEST) + 1
     near = cv2.dilate(found.astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
     near &= inside
     bright, out = np.full_like(brightness, np.nan), np.ones_like(brightness)
@@ -144,7 +144,7 @@ def _beside(bright: Field, across: Field, found: Mask, first: int, out: Field) -
             if not found[row, col] or not here > 0:
                 continue
             least, most = np.float32(np.inf), zero
-            for way in BESIDE:
+            for way in FLANKS:
                 i, j = int(np.rint(row + way * across[row, col, 1])), int(np.rint(col + way * across[row, col, 0]))
                 known = 0 <= i < rows and 0 <= j < cols and bright[i, j] > 0
                 side = bright[i, j] if known else zero

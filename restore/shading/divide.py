@@ -56,11 +56,11 @@ def _multiply(
     rows, cols, _ = gain.shape
     top = np.float32(len(codes) - 1)
     across = np.empty((cols, 3), np.float32)
-    left, share = np.empty(width, np.uint32), np.empty(width, np.float32)
+    left, fraction = np.empty(width, np.uint32), np.empty(width, np.float32)
     for col in range(width):
         x = min(max((col + 0.5) * scale - 0.5, 0.0), cols - 1.0)
         left[col] = min(int(x), max(cols - 2, 0))
-        share[col] = x - left[col]
+        fraction[col] = x - left[col]
     step = np.uint32(1 if cols > 1 else 0)  # without a sign, no index needs a look for negative ones
     for row in range(first, first + len(out)):
         y = min(max((row + 0.5) * scale - 0.5, 0.0), rows - 1.0)
@@ -75,7 +75,7 @@ def _multiply(
             if not on[col]:
                 after[col] = before[col]
                 continue
-            j, u = left[col], share[col]
+            j, u = left[col], fraction[col]
             for k in range(3):
                 here = across[j, k]
                 light = linear[before[col, k]] * (here + u * (across[j + step, k] - here))

@@ -29,8 +29,8 @@ CAP = 0.15  # of the light: what deviates by more is print
 BLOCKS = 6  # across and down: within one, deviations go together
 CERTAIN, COLOURED = 2.0, 3.0  # standard errors of the sum over blocks; of lamps of several colours, which are rare
 DIMMEST = 32.0  # of the level light: less is not found in any hollow, and would be divided by
-JUDGES = 4000  # places: six to a square centimetre of A4
-JUDGED, PAGE = 2, 2000  # every second judge, and cells of the page, suffice for the certainty
+CHECK_PLACES = 4000  # places: six to a square centimetre of A4
+CHECK_STRIDE, PAGE = 2, 2000  # every second check place, and cells of the page, suffice for the certainty
 
 
 def blocks_of(cells: Ints, shape: tuple[int, ...]) -> Ints:
@@ -52,7 +52,7 @@ def block_sums(values: Floats, blocks: Ints) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, eq=False)
-class Judges:
+class CheckPlaces:
     """Places of regions of constant print, none of them used by a fit.
 
     cells (n,) numbers of cells; colour (n, 3) linear; labels (n,) regions; blocks (n,) parts of the page.
@@ -64,19 +64,19 @@ class Judges:
     blocks: Ints
 
     @classmethod
-    def of(cls, colour: Field, regions: Regions, inside: Mask) -> Judges:
-        """Spread judges over the regions of a page.
+    def of(cls, colour: Field, regions: Regions, inside: Mask) -> CheckPlaces:
+        """Spread check places over the regions of a page.
 
         colour: (r, c, 3), linear. None are placed where regions are too small.
         """
         known = np.flatnonzero(regions.labels)
         if len(known) < max(MIN_REGIONS * inside.sum(), MIN_PAPER):
             known = known[:0]
-        cells = known[1 :: max(2, len(known) // JUDGES)]
+        cells = known[1 :: max(2, len(known) // CHECK_PLACES)]
         return cls(cells, as_list(colour)[cells], regions.labels.ravel()[cells], blocks_of(cells, inside.shape))
 
-    def __getitem__(self, chosen: Mask | slice) -> Judges:
-        return Judges(self.cells[chosen], self.colour[chosen], self.labels[chosen], self.blocks[chosen])
+    def __getitem__(self, chosen: Mask | slice) -> CheckPlaces:
+        return CheckPlaces(self.cells[chosen], self.colour[chosen], self.labels[chosen], self.blocks[chosen])
 
     def unexplained(self, light: Field) -> Floats:
         """Return the squared deviations (n,) that a light leaves.
@@ -108,7 +108,7 @@ class Judges:
     def certainty(self, light: Light, places: Places, inside: Mask) -> Certainty:
         """How certain a light is over the page. inside: (cells,) the page's own."""
         known = np.flatnonzero(inside)
-        page, some = known[:: max(1, len(known) // PAGE)], self[::JUDGED]
+        page, some = known[:: max(1, len(known) // PAGE)], self[::CHECK_STRIDE]
         brightness = some.colour.mean(axis=1)
         return certainty_of(light, places[page], places[some.cells], brightness, some.labels, some.blocks, CAP)
 
@@ -129,7 +129,7 @@ def estimate_light(
     places: Places,
     surroundings: Surroundings,
     regions: Regions,
-    judges: Judges,
+    checks: CheckPlaces,
     inside: Mask,
 ) -> Estimate | None:
     """Estimate the light on a page.
@@ -137,18 +137,18 @@ def estimate_light(
     Lamps of several colours must explain the regions better than one colour.
     colour: (cells, 3), linear.
     paper: (k,), cells that may be bare paper.
-    Returns None unless the light is reliable and judges prefer it to even light.
+    Returns None unless the light is reliable and the check places prefer it to even light.
     """
     best: Estimate | None = None
     values = np.ones_like(colour)
     for fitted_to, fitted in _candidates(colour, paper, places, surroundings, regions.labels, inside):
-        certainty = judges.certainty(fitted, places, inside)
+        certainty = checks.certainty(fitted, places, inside)
         if at_bounds(fitted) or not certainty.certain:
             continue
         for light in (fitted.of_one_colour, fitted):
             found = light.irradiance(places)
             asked = COLOURED if light is fitted else CERTAIN
-            if (found[judges.cells] > 0).all() and judges.prefer(found, values, asked):
+            if (found[checks.cells] > 0).all() and checks.prefer(found, values, asked):
                 best, values = Estimate(light, found, fitted_to, certainty), found
         if certainty.sure:
             break
@@ -163,7 +163,7 @@ def estimate_again(
     places: Places,
     surroundings: Surroundings,
     inside: Mask,
-) -> tuple[Estimate, Judges] | None:
+) -> tuple[Estimate, CheckPlaces] | None:
     """Estimate the light again, with regions that end along creases too.
 
     The regions end at edges of print there. The first estimate gives the steps of the light, which before could not be
@@ -174,11 +174,11 @@ def estimate_again(
     light = np.fmax(first.values.reshape(colour.shape), first.light.level.mean() / DIMMEST)
     even = np.divide(colour, light, dtype=np.float32)
     regions = regions_of(even, normals, inside, EDGE)
-    judges = Judges.of(colour, regions, inside)
-    if not len(judges.cells):
+    checks = CheckPlaces.of(colour, regions, inside)
+    if not len(checks.cells):
         return None
-    found = estimate_light(as_list(colour), paper, places, surroundings, regions, judges, inside)
-    return None if found is None else (found, judges)
+    found = estimate_light(as_list(colour), paper, places, surroundings, regions, checks, inside)
+    return None if found is None else (found, checks)
 
 
 def _candidates(

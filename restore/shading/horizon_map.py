@@ -96,8 +96,8 @@ class HorizonMap:
         How much of the light that its slope could get a node does get, against the same for a plane of that slope
         alone, (1 + n_z) / 2. Returns (rows, cols).
         """
-        share = self.views[0].sum(axis=2) / ((1 + self.normals[..., 2]) / 2)
-        return np.asarray(np.clip(fill_nearest(share, np.isfinite(share)), 0, 1), dtype=np.float32)
+        fraction = self.views[0].sum(axis=2) / ((1 + self.normals[..., 2]) / 2)
+        return np.asarray(np.clip(fill_nearest(fraction, np.isfinite(fraction)), 0, 1), dtype=np.float32)
 
 
 def _slices(upright: Field, facing: Field, rise: Field) -> Field:

@@ -66,7 +66,7 @@ def fit_light(colour: Field, places: Places, surroundings: Surroundings, labels:
     else:
         weights = np.ones(len(colour))
     fit = _Fit(brightness, Terms(places, surroundings, places.points.mean(axis=0)), weights, labels)
-    guess = min((_Guess(np.empty((0, 3)), share) for share in REFLECTANCES), key=fit.deviation)
+    guess = min((_Guess(np.empty((0, 3)), fraction) for fraction in REFLECTANCES), key=fit.deviation)
     enough = EVEN * fit.level
     while len(guess.lamps) < MAX_LAMPS and fit.deviation(guess) > enough:
         starts = _starts(guess, fit)
@@ -214,13 +214,13 @@ class _Fit:
         """
         return float(_truncated_rms(self.terms(guess), self.target, self.weights, self.cap, doubted))
 
-    def better(self, found: _Guess, guess: _Guess, share: float) -> bool:
+    def better(self, found: _Guess, guess: _Guess, fraction: float) -> bool:
         """Return whether a guess reduces the deviation to a fraction.
 
         Of the deviation that another guess leaves. Either it explains bare paper better, or a shadow that was mistaken
         for ink.
         """
-        return any(self.deviation(found, doubt) <= share * self.deviation(guess, doubt) for doubt in (0.0, DOUBTED))
+        return any(self.deviation(found, doubt) <= fraction * self.deviation(guess, doubt) for doubt in (0.0, DOUBTED))
 
     def reweighted(self, guess: _Guess, floor: float) -> _Fit:
         """The same, trusting what a guess explains."""

@@ -124,7 +124,7 @@ class Terms:
 
     @cached_property
     def _shares(self) -> csr_matrix:
-        return self.surroundings.shares_at(self.places)
+        return self.surroundings.fractions_at(self.places)
 
 
 def direct_terms(places: Places, surroundings: Surroundings, middle: Field, lamps: Floats) -> Floats:

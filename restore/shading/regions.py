@@ -43,7 +43,7 @@ class Regions:
         """Return where the largest region is, (r, c)."""
         return np.asarray(self.labels == 1)
 
-    def share(self, inside: Mask) -> float:
+    def fraction(self, inside: Mask) -> float:
         """Return the fraction of the page (r, c) that lies in any region."""
         return float((self.labels > 0).sum() / max(int(inside.sum()), 1))
 
@@ -74,8 +74,10 @@ def _hue_spread(colour: Field, patches: Ints, areas: Ints) -> Floats:
     total = np.maximum(cv2.blur(cv2.transform(colour, np.ones((1, 3))), (WINDOW, WINDOW)), SINGLE_TINY)
     spreads = []
     for k in (0, 2):
-        share = (cv2.blur(colour[..., k], (WINDOW, WINDOW)) / total).ravel()
-        mean, square = (np.bincount(patches.ravel(), part) / np.maximum(areas, 1) for part in (share, share * share))
+        fraction = (cv2.blur(colour[..., k], (WINDOW, WINDOW)) / total).ravel()
+        mean, square = (
+            np.bincount(patches.ravel(), part) / np.maximum(areas, 1) for part in (fraction, fraction * fraction)
+        )
         spreads.append(np.sqrt(np.maximum(square - mean * mean, 0)))
     return np.asarray(np.maximum(*spreads))
 
@@ -93,8 +95,8 @@ def patches_of(colour: Field, normals: Field, inside: Mask, edge: float, crease_
     allowed = np.where(_creased(normals), np.float32(crease_edge), np.float32(edge))
     print_edge = _log_range(mean) > allowed + NOISE_RANGE * relative
     for k in (0, 2):
-        share = cv2.blur(colour[..., k], (WINDOW, WINDOW)) / mean
-        print_edge |= _range(share) > CHROMA_EDGE + NOISE_RANGE * relative / 3
+        fraction = cv2.blur(colour[..., k], (WINDOW, WINDOW)) / mean
+        print_edge |= _range(fraction) > CHROMA_EDGE + NOISE_RANGE * relative / 3
     # A cell's window and the neighbours of it: what lies off the page has no say.
     within = cv2.erode(inside.astype(np.uint8), np.ones((2 * WINDOW - 1, 2 * WINDOW - 1), np.uint8))
     plain = cv2.bitwise_and(within, (~print_edge).astype(np.uint8))

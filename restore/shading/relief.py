@@ -14,7 +14,10 @@ from restore.scan import Floats, Ints, Mask
 from restore.texture.page import page_map
 
 NormalsOn = Callable[[FlatMesh, float, Floats], Field]
-"""The flat page, its resolution, and the axes of a frame → (h, w, 3) unit normals in that frame, NaN off the page."""
+"""Flat page, its resolution, axes of a frame → unit normals in that frame.
+
+(h, w, 3), NaN off the page.
+"""
 
 
 @dataclass(frozen=True, eq=False)

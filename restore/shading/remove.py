@@ -20,7 +20,7 @@ from restore.scan import Bytes, Floats, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollows
 from restore.shading.divide import divided
-from restore.shading.estimate import DIMMEST, MIN_PAPER, Estimate, Judges, estimate_again, estimate_light
+from restore.shading.estimate import DIMMEST, MIN_PAPER, CheckPlaces, Estimate, estimate_again, estimate_light
 from restore.shading.horizon_map import fill_nearest
 from restore.shading.paper import paper_candidates
 from restore.shading.print_contrast import loses_print
@@ -90,18 +90,18 @@ def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:
     if inside.sum() < MIN_PAPER:
         return _kept("the page is too small")
     regions = regions_of(colour, relief.normals, inside)
-    judges = Judges.of(colour, regions, inside)
-    if not len(judges.cells):
+    checks = CheckPlaces.of(colour, regions, inside)
+    if not len(checks.cells):
         return _kept("no part of the page is of one print, so that no gradient is certain to be the light's")
     candidates = np.flatnonzero(paper_candidates(colour, inside, relief.dpi))
     surroundings = surroundings_of(relief)
     places = places_of(relief, surroundings.horizon)
-    found = estimate_light(as_list(colour), candidates, places, surroundings, regions, judges, inside)
+    found = estimate_light(as_list(colour), candidates, places, surroundings, regions, checks, inside)
     if found is None:
         return _kept("nothing within its regions of one print shows reliably that the light on it is uneven")
     if not found.certainty.sure:
         again = estimate_again(found, colour, relief.normals, candidates, places, surroundings, inside)
-        found, judges = again or (found, judges)
+        found, checks = again or (found, checks)
     # From here on light is measured in the level light.
     relative = 1 / np.maximum(found.light.level, SINGLE_TINY)
     expected = np.maximum(scaled(found.values.reshape(colour.shape), relative), np.float32(1 / DIMMEST))
@@ -112,24 +112,24 @@ def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:
     openness = fill_nearest(places.openness.reshape(inside.shape), inside)
     stretch = 1 / np.clip(fill_nearest(relief.normals[..., 2], inside), np.float32(1 / FARTHEST), np.float32(1))
     surface = _corrected(seen, expected, residual, inside, openness, stretch)
-    corrected = _better(as_list(surface), as_list(expected), judges, residual.ground.ravel())
+    corrected = _better(as_list(surface), as_list(expected), checks, residual.ground.ravel())
     if not corrected:
         surface = expected
     gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
     if loses_print(colour, gain, inside):
         return _kept("print would lose contrast against its surroundings")
-    report = {"removed": True, "corrected": corrected, "regions_fraction": regions.share(inside)} | _told_by(found)
+    report = {"removed": True, "corrected": corrected, "regions_fraction": regions.fraction(inside)} | _told_by(found)
     return PageLight(report | _evenness(colour, gain, residual.ground, inside), gain, steps)
 
 
-def _better(surface: Field, expected: Field, judges: Judges, ground: Mask) -> bool:
+def _better(surface: Field, expected: Field, checks: CheckPlaces, ground: Mask) -> bool:
     """Return whether a light explains the regions better with its residual.
 
     And those away from the ground (cells,), which the residual was not fitted to, not reliably worse.
     expected: (cells, 3).
     """
-    away = judges[~ground[judges.cells]]
-    return judges.gain(surface, expected)[0] > 0 and not away.prefer(expected, surface)
+    away = checks[~ground[checks.cells]]
+    return checks.gain(surface, expected)[0] > 0 and not away.prefer(expected, surface)
 
 
 def _kept(reason: str) -> PageLight:

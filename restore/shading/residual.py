@@ -116,10 +116,10 @@ def _surface(ratio: Field, ground: Mask, dpi: float) -> Field:
         cv2.resize(field, size, interpolation=cv2.INTER_AREA) for field in (brightness, ground.astype(np.float32))
     )
     total, count = np.full_like(value, SINGLE_TINY), np.full_like(value, SINGLE_TINY)
-    for width, share in ((NEAR_MM, 1.0), (FAR_MM, FAR_SHARE)):
+    for width, fraction in ((NEAR_MM, 1.0), (FAR_MM, FAR_SHARE)):
         sigma = width / MM_PER_INCH * dpi / SHRINK
-        total += share * cv2.GaussianBlur(value, (0, 0), sigma)
-        count += share * cv2.GaussianBlur(weight, (0, 0), sigma)
+        total += fraction * cv2.GaussianBlur(value, (0, 0), sigma)
+        count += fraction * cv2.GaussianBlur(weight, (0, 0), sigma)
     smooth = cv2.resize(total / count, ground.shape[::-1], interpolation=cv2.INTER_LINEAR)
     return np.asarray(smooth[..., None])
 

@@ -11,7 +11,7 @@ from restore.scan import Bytes
 
 _CODE = np.arange(256) / 255
 LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
-"""(256,) linear light of an sRGB code (IEC 61966-2-1)."""
+"""Linear light (256,) of each sRGB code (IEC 61966-2-1)."""
 
 
 def srgb_codes(light: NDArray[Any]) -> Bytes:

@@ -50,28 +50,28 @@ class Surroundings:
     """Horizon map of a page, and patches in the view of its nodes.
 
     patches: (p), places in the centre of each patch.
-    shares: sparse (nodes, p), 0 to 1, how much of the view of every node each patch fills.
+    fractions: sparse (nodes, p), 0 to 1, how much of the view of every node each patch fills.
     """
 
     horizon: HorizonMap
     patches: Places
-    shares: csr_matrix
+    fractions: csr_matrix
 
-    def shares_at(self, places: Places) -> csr_matrix:
+    def fractions_at(self, places: Places) -> csr_matrix:
         """Return how much of the view of places each patch fills, (n, p).
 
         That of the nearest node, as it varies slowly.
         """
         rows, cols = self.horizon.heights.shape
         col, row = (np.clip(np.rint(places.nodes[:, k]), 0, n - 1).astype(int) for k, n in enumerate((cols, rows)))
-        return self.shares[row * cols + col]
+        return self.fractions[row * cols + col]
 
     def reflected(self, light: Field) -> Field:
         """Return the light that nodes get from patches of reflectance 1.
 
         light: (p, 3), on the patches. Returns (rows, cols, 3).
         """
-        return np.asarray((self.shares @ light).reshape(*self.horizon.heights.shape, 3), dtype=np.float32)
+        return np.asarray((self.fractions @ light).reshape(*self.horizon.heights.shape, 3), dtype=np.float32)
 
 
 def surroundings_of(relief: Relief) -> Surroundings:
@@ -100,8 +100,8 @@ def _shares(horizon: HorizonMap) -> csr_matrix:
     Returns (nodes, p).
     """
     rows, cols = horizon.heights.shape
-    share = horizon.views[1]
-    row, col, way = np.nonzero(share > MIN_SHARE)  # nothing where it is not known
+    fraction = horizon.views[1]
+    row, col, way = np.nonzero(fraction > MIN_SHARE)  # nothing where it is not known
     ahead = WITHIN * horizon.reaches[row, col, way][:, None] * ONWARD[way]
     there = [
         np.clip(np.rint(at + ahead[:, k]), 0, n - 1).astype(int) // PATCH
@@ -109,7 +109,7 @@ def _shares(horizon: HorizonMap) -> csr_matrix:
     ]
     shape = _patches((rows, cols))
     at = row * cols + col, np.ravel_multi_index(there, shape)
-    return csr_matrix((share[row, col, way], at), shape=(rows * cols, int(np.prod(shape))))
+    return csr_matrix((fraction[row, col, way], at), shape=(rows * cols, int(np.prod(shape))))
 
 
 def places_of(relief: Relief, horizon: HorizonMap) -> Places:

@@ -47,9 +47,9 @@ def balance_on_paper(image: Bytes, mask: Mask, dpi: float) -> WhiteBalance:
     """
     colour, inside = _cells(image, mask, dpi)
     paper = paper_candidates(colour, inside, MM_PER_INCH / CELL_MM)
-    share = float(paper.sum() / max(int(inside.sum()), 1))
-    if share < MIN_PAPER:
-        return _unchanged(image, f"bare paper is found on {share:.0%} of the page only")
+    fraction = float(paper.sum() / max(int(inside.sum()), 1))
+    if fraction < MIN_PAPER:
+        return _unchanged(image, f"bare paper is found on {fraction:.0%} of the page only")
     white = np.median(colour[paper], axis=0).astype(float)
     red, _, blue = white / max(white[1], SINGLE_TINY)
     if not (RED_TO_GREEN[0] < red < RED_TO_GREEN[1] and BLUE_TO_GREEN[0] < blue < BLUE_TO_GREEN[1]):
@@ -62,7 +62,7 @@ def balance_on_paper(image: Bytes, mask: Mask, dpi: float) -> WhiteBalance:
         {
             "balanced": True,
             "paper": [int(code) for code in srgb_codes(white)],
-            "paper_fraction": share,
+            "paper_fraction": fraction,
             "gains": [float(gain) for gain in gains],
         },
     )

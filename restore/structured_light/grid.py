@@ -39,8 +39,8 @@ def view_grid(lens: Lens, size: tuple[int, int], least_spacing: float = 1.0) -> 
     width, height = size
     spacing = max(least_spacing, float(np.sqrt(width * height / SAMPLES)))
     step = spacing / lens.matrix[[0, 1], [0, 1]]
-    share = np.linspace(0.0, 1.0, BORDER_STEPS)
-    along = np.column_stack([share * (width - 1), share * (height - 1)])
+    fraction = np.linspace(0.0, 1.0, BORDER_STEPS)
+    along = np.column_stack([fraction * (width - 1), fraction * (height - 1)])
     near, far = np.zeros(BORDER_STEPS), np.ones(BORDER_STEPS)
     border = np.concatenate(
         [

@@ -192,7 +192,7 @@ def _enclosed_holes(covered: Mask) -> Mask | None:
 
 
 def cropped_fraction(page: Mask, page_map: Callable[[slice], NDArray[np.float32]], size: tuple[int, int]) -> float:
-    """Share of the outline of a page (h, w) that shows the edge of the picture: there the page goes on, unseen.
+    """Return the fraction of a page's outline at the edge of the picture.
 
     page_map: gives (rows, w, 2) texture pixels of a slice of its rows. size: height and width of the texture.
     """
@@ -217,12 +217,12 @@ def _outline(page: Mask, rows: slice) -> Mask:
     return np.asarray(page[rows] & ~inner[rows.start - first :][: rows.stop - rows.start])
 
 
-def cut_findings(share: float) -> list[Finding]:
+def cut_findings(fraction: float) -> list[Finding]:
     """Return the findings on a page that is cut off.
 
     A fraction of its outline is at the edge of the picture.
     """
-    return [Finding.of("cut_off", share)] if share > MAX_CUT else []
+    return [Finding.of("cut_off", fraction)] if fraction > MAX_CUT else []
 
 
 def filled_findings(seen: Bytes, dpi: float) -> list[Finding]:

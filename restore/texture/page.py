@@ -64,8 +64,9 @@ class SourceMap:
 
 @dataclass(frozen=True, eq=False)
 class Painting:
-    """A painted page: image (h, w, 3) uint8, mask (h, w), source of its pixels, and the source's resolution.
+    """A textured page.
 
+    Image (h, w, 3) uint8, mask (h, w), source of its pixels, and the source's resolution.
     page_source (h, w) uint8 is the index of the picture that these are pixels of. covered (h, w) is True where
     something covers the page in a photograph. Both are None with the texture alone.
     """
@@ -179,8 +180,9 @@ def picture_size(flat: Floats, dpi: float, *, oversampling: int = 1) -> tuple[in
 def page_map(
     flat: Floats, faces: Ints, values: Floats, dpi: float, *, oversampling: int = 1, rows: slice | None = None
 ) -> PageMap:
-    """(h, w, k) float32: values (n, k) of the vertices, such as texture pixels, interpolated, NaN off the page.
+    """Interpolate values (n, k) of the vertices, such as texture pixels, on a page.
 
+    Returns (h, w, k) float32, NaN off the page.
     flat (n, 2) mm with y up, faces (m, 3). Pixel (row, col) of the page has its centre (col + ½, row + ½) pixels from
     the upper left corner of the page's bounding box. The picture ends with the last pixels whose centres are on the
     page; `oversampling` divides the side of each of them. rows: a slice of them, all by default.
@@ -207,14 +209,14 @@ def sampling_ppi(flat: Floats, faces: Ints, pixels: Floats) -> float:
     return sqrt(median_over_area(source / np.maximum(page, TINY), page)) * MM_PER_INCH
 
 
-def median_over_area(values: Floats, areas: Floats, *, share: float = 0.5) -> float:
+def median_over_area(values: Floats, areas: Floats, *, fraction: float = 0.5) -> float:
     """Return the value that half of the area does not exceed.
 
     values, areas: (m,).
-    share: another fraction of the area.
+    fraction: of the area, the median for a half.
     """
     order = np.argsort(values)
-    middle = np.searchsorted(np.cumsum(areas[order]), areas.sum() * share)
+    middle = np.searchsorted(np.cumsum(areas[order]), areas.sum() * fraction)
     return float(values[order][min(middle, len(order) - 1)])
 
 
@@ -265,8 +267,9 @@ def _block_average(image: Bytes, factor: int) -> Bytes:
 
 
 def sample(texture: Bytes, source: PageMap, rows: slice | None = None) -> Bytes:
-    """(h, w, 3) the texture at positions (h, w, 2), rounded; white where they are NaN.
+    """Sample the texture at positions (h, w, 2); white where they are NaN.
 
+    Returns (h, w, 3), rounded.
     rows: those that are wanted; the kernel is as wide as the step to the rows next to them.
     """
     rows = slice(0, len(source)) if rows is None else rows
@@ -287,8 +290,9 @@ def sample(texture: Bytes, source: PageMap, rows: slice | None = None) -> Bytes:
 def rasterise_on_page(
     fine: FlatMesh, values: Floats, shape: tuple[int, ...], dpi: float, rows: slice | None = None
 ) -> NDArray[np.float32]:
-    """(h, w, k) float32: values (n, k) of the vertices at the pixels of a page of a shape (h, w), NaN outside.
+    """Interpolate values (n, k) of the vertices on a page of a shape (h, w).
 
+    Returns (h, w, k) float32, NaN outside.
     rows: a slice of them, all by default.
     """
     rows = slice(0, shape[0]) if rows is None else rows

@@ -112,8 +112,8 @@ def edge_mtf50(picture: Bytes, mask: Mask) -> float | None:
     for level in range(LEVELS):
         found = _edges(light, inside > 0)
         if len(found) >= MIN_EDGES:
-            distance, share = np.concatenate(found, axis=1)
-            cycles = mtf50_of(distance, share, HALF, level)
+            distance, fraction = np.concatenate(found, axis=1)
+            cycles = mtf50_of(distance, fraction, HALF, level)
             if level == 0 or cycles < COPY_LIMIT:
                 return cycles / 2**level
         size = light.shape[1] // 2, light.shape[0] // 2
@@ -124,18 +124,18 @@ def edge_mtf50(picture: Bytes, mask: Mask) -> float | None:
     return None
 
 
-def mtf50_of(distance: Floats, share: Floats, reach: float, level: int = 0) -> float:
+def mtf50_of(distance: Floats, fraction: Floats, reach: float, level: int = 0) -> float:
     """Return the frequency at which the spectrum of an edge falls to half.
 
     In cycles per pixel, corrected for the averaging of smaller copies.
-    distance, share: (n,), pixels from the edge, up to `reach`, and the light there.
+    distance, fraction: (n,), pixels from the edge, up to `reach`, and the light there.
     level: halvings of the picture, each over two pixels.
     """
     half = int(reach * BINS)
     number = np.rint(distance * BINS).astype(int) + half
     kept = (number >= 0) & (number <= 2 * half)
     count = np.bincount(number[kept], minlength=2 * half + 1)
-    total = np.bincount(number[kept], share[kept], 2 * half + 1)
+    total = np.bincount(number[kept], fraction[kept], 2 * half + 1)
     filled = np.flatnonzero(count)
     profile = np.interp(np.arange(2 * half + 1), filled, total[filled] / count[filled])
     spread = np.diff(profile) * _tapered(2 * half, 1 - PLATEAU / reach)
@@ -150,13 +150,13 @@ def mtf50_of(distance: Floats, share: Floats, reach: float, level: int = 0) -> f
     return float(np.interp(0.5, [mtf[below], mtf[below - 1]], [frequency[below], frequency[below - 1]]))
 
 
-def _tapered(count: int, share: float) -> Floats:
+def _tapered(count: int, fraction: float) -> Floats:
     """Return Tukey's window, weights (count,).
 
-    1 in the centre, and over half a `share` at either end a cosine down to 0. That of scipy.signal, whose import takes
-    a third of the time that this package takes to start.
+    1 in the centre, and over half a `fraction` at either end a cosine down to 0. The import of scipy.signal, which has
+    it, takes a third of the time that this package takes to start.
     """
-    from_end = np.arange(count) / (share * (count - 1) / 2)
+    from_end = np.arange(count) / (fraction * (count - 1) / 2)
     return 0.5 - 0.5 * np.cos(np.pi * np.clip(np.minimum(from_end, from_end[::-1]), 0.0, 1.0))
 
 
@@ -254,8 +254,8 @@ def _fitted(light: Light, places: Ints, turn: Floats) -> list[Floats]:
     low, rise, place, lean, bow, spread = fit.T
     kept = (rise > MIN_STEP) & (misfit < MISFIT * rise) & (np.abs(place) < 2.0) & (spread < PLATEAU / 2)
     distance = across - (place[:, None] + lean[:, None] * along + bow[:, None] * along**2)
-    share = (values - low[:, None]) / np.maximum(rise, MIN_STEP)[:, None]
-    return [np.stack([distance[k, inside[k]], share[k, inside[k]]]) for k in np.flatnonzero(kept)]
+    fraction = (values - low[:, None]) / np.maximum(rise, MIN_STEP)[:, None]
+    return [np.stack([distance[k, inside[k]], fraction[k, inside[k]]]) for k in np.flatnonzero(kept)]
 
 
 def _steps(values: Floats, across: Floats, along: Floats, inside: Mask) -> tuple[Floats, Floats]:

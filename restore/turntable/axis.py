@@ -118,7 +118,7 @@ def _shared_corners(first: Mapping[int, Floats], other: Mapping[int, Floats]) ->
     markers = sorted(first.keys() & other.keys())
     if 4 * len(markers) < MIN_CORNERS:
         raise BadInput(
-            f"two views share {len(markers)} markers of the board",
+            f"two views have {len(markers)} markers of the board in common",
             "put the board where every view sees most of it, and light it evenly",
         )
     before, after = (np.concatenate([view[marker] for marker in markers]) for view in (first, other))

@@ -117,10 +117,10 @@ def _register(view: RangeView, base: RangeView, initial: Floats, turn: float) ->
     moved = float(np.linalg.norm(((motion - initial) @ centroid)[:3]))
     distances = base.surface_distance(base.render_inverse_depth(view, motion))
     residual = float(np.percentile(np.abs(distances), ONE_SIGMA_PERCENTILE)) if distances.size else None
-    share = distances.size / min(int(range_view.scan.measured.sum()) for range_view in (view, base))
+    fraction = distances.size / min(int(range_view.scan.measured.sum()) for range_view in (view, base))
     refused = ""
-    if residual is None or share < MIN_OVERLAP:
-        refused = f"it shares {share:.0%} of its samples with the view nearest to 0°"
+    if residual is None or fraction < MIN_OVERLAP:
+        refused = f"only {fraction:.0%} of its samples are in the view nearest to 0°"
     elif residual > MAX_RESIDUAL * base.spacing:
         refused = f"its surface lies {residual:.2f} mm off, so the page moved or the axis is wrong"
     return ViewReport(turn, residual, moved, refused=refused), motion

@@ -38,7 +38,7 @@ def size_interval(
 ) -> list[float] | None:
     """Return half the 95 % intervals of width and height, mm; None where unknown.
 
-    described: as `describe_calibration` gives it; sides_mm: standard deviations of the sides beside the calibration.
+    described: as `describe_calibration` gives it; sides_mm: further standard deviations of the sides.
     """
     if described["kind"] == "nominal":
         errors = [NOMINAL_LENGTH * side for side in page_mm]

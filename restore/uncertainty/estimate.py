@@ -16,18 +16,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.prepared.facet_sheet import FacetSheet
 from restore.prepared.prepared import Prepared, Unrolled
 from restore.range_image.facets.sheet import PageOnGrid
-from restore.scan import Floats, Mask, RangeScan
+from restore.scan import Floats, Mask
 from restore.texture.page import MM_PER_INCH, page_map
 from restore.uncertainty.displacements import Displacements, displacements
 
 PITCH_MM = 5.0  # from place to place: the error changes over centimetres
 NEARBY = 5  # places, the side of the square that is averaged
 HALVINGS = 40  # of the interval in which the distance is sought that 95 % of the places do not exceed
-NO_NOISE = "a mesh has no noise of single rays: give the range image"
-A_LEAF = "a leaf of an opened book is not covered: restore the opening whole"
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +45,11 @@ class Uncertainty:
         """Return both together, (h, w) mm."""
         return np.hypot(self.noise, self.method)
 
-    def on_page(self, shape: tuple[int, ...], page: Mask) -> NDArray[np.float32]:
-        """Return the total (h, w) float32 mm on the pixels of a page, NaN off the mask."""
+    def on_page(self, page: Mask) -> NDArray[np.float32]:
+        """Return the total (h, w) float32 mm on the pixels of a page (h, w), NaN off it."""
         total = self.total
         filled = np.where(np.isfinite(total), total, _nearest(total)).astype(np.float32)
-        picture = cv2.resize(filled, (shape[1], shape[0]), interpolation=cv2.INTER_LINEAR)
+        picture = cv2.resize(filled, page.shape[::-1], interpolation=cv2.INTER_LINEAR)
         return np.where(page, picture, np.float32(np.nan))
 
     def described(self) -> dict[str, float]:
@@ -66,16 +63,15 @@ def estimate_uncertainty(prepared: Prepared, unrolled: Unrolled, scan: Any) -> U
 
     The noise is drawn with a seed from the points of the scan.
     """
-    if not (isinstance(scan, RangeScan) and isinstance(prepared, FacetSheet) and prepared.is_one_shot):
-        return NO_NOISE
-    if type(prepared) is not FacetSheet:
-        return A_LEAF
+    sheet = prepared.with_noise()
+    if isinstance(sheet, str):
+        return sheet
     page = PageOnGrid(unrolled.fine.flat, unrolled.fine.faces, unrolled.nodes)
     on_grid = page_map(page.flat, page.faces, page.nodes, MM_PER_INCH / PITCH_MM)
     known = np.isfinite(on_grid[..., 0])
     digest = hashlib.sha256(np.ascontiguousarray(scan.points).tobytes()).digest()
     rng = np.random.default_rng(int.from_bytes(digest[:8], "little"))
-    moved = displacements(prepared.sheet, page, on_grid[known].astype(np.float64), rng)
+    moved = displacements(sheet, page, on_grid[known].astype(np.float64), rng)
     return combined(moved, known)
 
 

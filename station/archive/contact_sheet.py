@@ -14,7 +14,7 @@ from station.session import Session
 from station.session.corrections import layers_of, outdated_pages
 from station.session.leaves import Leaf, leaves_of
 from station.session.parts import RESTORE, file_of
-from station.verdict.judge import worst
+from station.verdict.checks import worst
 
 DPI = 150
 SHEET_PX = (1240, 1754)  # A4 upright
@@ -25,8 +25,9 @@ MAX_COLUMNS = 20
 
 
 def contact_sheet(session: Session, columns: int) -> bytes:
-    """Return the sheets as a PDF: picture, name, label, level of the check, and what was edited.
+    """Return the sheets as a PDF.
 
+    With picture, name, label, level of the check, and what was edited.
     Raises BadInput for a session without pages.
     """
     leaves, outdated = leaves_of(session), frozenset(outdated_pages(session))

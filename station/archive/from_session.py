@@ -119,8 +119,8 @@ def scan_of(session: Session, page: Page) -> RangeScan | SurfaceMesh:
     if is_set(current.capture.facts):
         raise BadInput(f"page {page.name} was photographed and has no scan", "export images: --to tiff, pdf or bagit")
     run = current.runs.get(RESTORE)
-    told = current.capture.facts if run is None else run.facts.get("parameters", {})
-    return load_scan(scan_path(session, current.capture), unit=str(told.get("unit", "auto")))
+    reading = current.capture.facts if run is None else run.facts.get("parameters", {})
+    return load_scan(scan_path(session, current.capture), unit=str(reading.get("unit", "auto")))
 
 
 def _events_of(page: SessionPage) -> Iterator[SessionEvent]:

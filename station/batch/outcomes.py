@@ -17,7 +17,7 @@ from restore.files import read_regular
 from station.batch.plan import Plan
 from station.intake import records
 from station.intake.arrival import Arrival
-from station.verdict.judge import LEVELS, judge
+from station.verdict.checks import LEVELS, check_measures
 from station.verdict.thresholds import Thresholds
 
 Read = Callable[[Mapping[str, Any]], float | None]
@@ -179,7 +179,7 @@ def _pages_of(arrival: Arrival, out: Path, limits: Thresholds) -> Iterator[PageO
 def _restored(name: str, path: Path, report: Mapping[str, Any], limits: Thresholds) -> PageOutcome:
     picture = path.with_suffix(".png")
     width, height = report.get("page_mm", (0.0, 0.0))
-    level, findings = judge(report.get("measures", {}), limits, {})
+    level, findings = check_measures(report.get("measures", {}), limits, {})
     return PageOutcome(
         name,
         "restored",

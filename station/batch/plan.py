@@ -14,7 +14,7 @@ from pathlib import Path
 from station.batch.page import Task
 from station.intake import records
 from station.intake.arrival import BLOCK, Arrival
-from station.intake.companions import Pairing, beside, is_scan
+from station.intake.companions import Pairing, adjacent_path, is_scan
 from station.intake.kept import Kept
 from station.intake.listing import Listing, list_files
 from station.intake.presets import Presets
@@ -53,7 +53,7 @@ def plan_folder(folder: Path, out: Path, base: RunOptions) -> Plan:
     tasks = []
     groups: dict[tuple[str, str], list[Arrival]] = {}
     for scan in scans:
-        groups.setdefault((beside(scan.source, ""), scan.stem), []).append(scan)
+        groups.setdefault((adjacent_path(scan.source, ""), scan.stem), []).append(scan)
     for place, group in sorted(groups.items()):
         waiting = tuple(scan for scan in group if not _is_settled(scan, out, kept))
         if waiting:  # scans of one name have the same folders of results: one task takes them in turn

@@ -24,7 +24,7 @@ class Done:
     ends: tuple[datetime, datetime] | None = None
 
     @property
-    def share(self) -> float:
+    def fraction(self) -> float:
         """The fraction of the pages that is done."""
         return self.done / self.total
 

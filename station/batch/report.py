@@ -18,7 +18,7 @@ from PIL import Image
 from restore import BadInput
 from restore.formats import read_image
 from station.batch.outcomes import FIGURES, PageOutcome, Ranked, worst_first
-from station.verdict.judge import LEVELS
+from station.verdict.checks import LEVELS
 
 PICTURE_PX, QUALITY = 320, 80  # the longer side, and of JPEG: some 15 kB a page
 MAX_PICTURES = 500  # 8 MB: opens from a network share at once; those that need a look come first
@@ -75,8 +75,8 @@ def _rows(ranked: Sequence[Ranked]) -> Iterator[str]:
         page = one.page
         picture = _picture(page.picture) if page.picture is not None and number < MAX_PICTURES else ""
         notes = "".join(f"<li>{escape(note)}</li>" for note in page.notes)
-        told = page.level if page.state == "restored" else page.state
-        state = f"<br><b class='{page.level}'>{escape(told)}</b>" if told else ""
+        state_text = page.level if page.state == "restored" else page.state
+        state = f"<br><b class='{page.level}'>{escape(state_text)}</b>" if state_text else ""
         figures = "".join(
             f"<td{WORST if figure.name == one.by else ''}>{_value(page, figure.name, figure.text)}</td>"
             for figure in FIGURES

@@ -24,15 +24,15 @@ from station.run.options import AUTO, RunOptions
 from station.run.peak_memory import peak_memory_mib
 from station.session import Event as SessionEvent
 from station.session import Session, Writer, record_run, scan_path
+from station.session.checking import lacks_verdict, record_verdict
 from station.session.correcting import show_fitting
 from station.session.corrections import inputs_of, needs_restoration, parameters_of, rules_of
 from station.session.current_preset import preset_of
-from station.session.judging import lacks_verdict, record_verdict
 from station.session.leaves import Leaf, leaves_of
 from station.session.parts import RESTORE, errors_of, file_of, measured_parts
 from station.session.presets import Preset
 from station.session.stages import Run, run_restore
-from station.verdict.judge import worst
+from station.verdict.checks import worst
 from station.workers.executors import Workers
 from station.workers.process import MAX_ATTEMPTS, Work
 

@@ -35,7 +35,10 @@ Show = Callable[[str], None]
 
 
 class Opening(NamedTuple):
-    """An opening of the volume as it was worked. first, again: what each capture gave; again is empty without one."""
+    """An opening of the volume as it was worked.
+
+    first, again: what each capture gave; again is empty without one.
+    """
 
     number: int
     lies: str
@@ -55,8 +58,9 @@ class Shift(NamedTuple):
 
 
 def demonstrate(output: Path, station: StationConfig, show: Show) -> Shift:
-    """Work a shift in a session `book` of a folder, and copy its leaf sides to a folder `leaves` next to it.
+    """Work a shift in a session `book` of a folder.
 
+    Its leaf sides are copied to a folder `leaves` next to it.
     Raises OverwriteError before any work where there is one of them; as `work_shift`.
     """
     sides = output / SIDES
@@ -88,8 +92,9 @@ def table(shift: Shift) -> str:
 
 
 def work_shift(folder: Path, station: StationConfig, show: Show) -> list[Opening]:
-    """Capture the volume of a configuration into a new session, and return its openings as they were worked.
+    """Capture the volume of a configuration into a new session.
 
+    Returns its openings as they were worked.
     show: prints a line for the operator. Raises UsageError without a volume, ScannerError, OSError.
     """
     book = station.scanner.get("book")

@@ -31,9 +31,9 @@ from station.session import (
     undo,
 )
 from station.session.carrying import carry
+from station.session.checking import lacks_verdict, note_lines, record_verdict, verdict_lines
 from station.session.correcting import show_fitting
 from station.session.corrections import inputs_of, needs_restoration, parameters_of, rules_of
-from station.session.judging import lacks_verdict, note_lines, record_verdict, verdict_lines
 from station.session.leaves import labels_of, missing_labels
 from station.session.parts import PAGE, RESTORE, errors_of, measured_parts
 from station.session.rules import Rule, Scope

@@ -16,7 +16,10 @@ from station.colour.fit import ColourFit
 from station.colour.lab import difference
 
 UNMEASURED = ("sharpness (MTF, SFR)", "evenness of the light over the field", "geometry", "colour misregistration")
-"""The guidelines ask for these, too; a chart of patches does not show them, so no level as a whole is claimed."""
+"""The guidelines ask for these, too, and a chart of patches does not show them.
+
+Therefore no level as a whole is claimed.
+"""
 
 Limits = Mapping[str, float]
 STARS, LEVELS = ("4 stars", "3 stars", "2 stars", "1 star"), ("level A", "level B", "level C")

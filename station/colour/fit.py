@@ -149,8 +149,8 @@ def linear_light(codes: Floats, exponent: float) -> Floats:
     codes: (…, 3), 0 to 255.
     """
     g, a, b, c, d = tone_curve(exponent)
-    share = np.asarray(codes) / FULL
-    return np.asarray(np.where(share >= d, (a * np.maximum(share, d) + b) ** g, c * share))
+    fraction = np.asarray(codes) / FULL
+    return np.asarray(np.where(fraction >= d, (a * np.maximum(fraction, d) + b) ** g, c * fraction))
 
 
 def _mean_difference(

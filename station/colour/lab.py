@@ -15,8 +15,8 @@ def lab_of_xyz(xyz: Floats) -> Floats:
 
     xyz: (…, 3). Returns (…, 3).
     """
-    share = np.asarray(xyz) / D50
-    f = np.where(share > BEND**3, np.cbrt(share), share / (3 * BEND**2) + 4 / 29)
+    relative = np.asarray(xyz) / D50
+    f = np.where(relative > BEND**3, np.cbrt(relative), relative / (3 * BEND**2) + 4 / 29)
     x, y, z = np.moveaxis(f, -1, 0)
     return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=-1)
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from station.batch.progress import Event
     from station.workers.executors import Workers
 
-SHARE = 0.9  # of the memory: the rest is the system's
+MEMORY_FRACTION = 0.9  # of the memory: the rest is the system's
 MIN_MIB = 512  # in less a worker cannot even load its libraries
 
 Sources = Annotated[
@@ -129,4 +129,4 @@ def _share_mib(count: int) -> int:
     Not less than each needs.
     """
     pages = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    return max(int(pages * SHARE / count) // 2**20, MIN_MIB)
+    return max(int(pages * MEMORY_FRACTION / count) // 2**20, MIN_MIB)

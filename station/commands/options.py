@@ -256,7 +256,7 @@ class Reading:
     unit: Unit = "auto"
     scale: Annotated[
         str | None,
-        typer.Option(metavar="WxH", help="Size of a mesh's page in mm, either way round; it replaces the unit."),
+        typer.Option(metavar="WxH", help="Size of a mesh's page in mm, in either order; it replaces the unit."),
     ] = None
     mirror: Annotated[bool, typer.Option("--mirror", help="Mirror the page: its file is a mirror image.")] = False
     sheets: Annotated[

@@ -67,8 +67,8 @@ def serve(
             folder.resolve(), configuration, station=named, enter=lambda session: enter(index, session)
         )
 
-        if told := remedy():
-            print_note(told)
+        if hint := remedy():
+            print_note(hint)
 
         def show(link: str) -> None:
             if qr:

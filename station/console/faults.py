@@ -95,9 +95,9 @@ def fault_of(error: BaseException) -> ConsoleFault:
     """The fault that describes any error."""
     if isinstance(error, ConsoleFault):
         return error
-    told = explain(error)
+    explained = explain(error)
     key = next((key for kind, key in KEYS if isinstance(error, kind)), "fault")
-    return ConsoleFault(key, told.message, " ".join(told.hints), **_facts(error))
+    return ConsoleFault(key, explained.message, " ".join(explained.hints), **_facts(error))
 
 
 def problem_of(error: BaseException) -> dict[str, Any]:
@@ -105,8 +105,8 @@ def problem_of(error: BaseException) -> dict[str, Any]:
 
     The page has those in other languages.
     """
-    told = explain(error)
-    return {"text": told.message, "hint": " ".join(told.hints), "kinds": kinds_of(error)}
+    explained = explain(error)
+    return {"text": explained.message, "hint": " ".join(explained.hints), "kinds": kinds_of(error)}
 
 
 def kinds_of(error: BaseException) -> list[str]:

@@ -31,24 +31,24 @@ from station.workers.background import prepare_worker
 from station.workers.executors import local_workers
 from station.workers.process import Limits
 
-Tell = Callable[[dict[str, Any]], None]
+Send = Callable[[dict[str, Any]], None]
 Result = dict[str, Any]
 MAX_PROBLEMS = 1000  # that are reported one by one
 
 
-def run(task: Mapping[str, Any], tell: Tell) -> None:
+def run(task: Mapping[str, Any], send: Send) -> None:
     """Do a task; report its progress, and its result or error at last."""
 
     def progress(stage: str, done: float) -> None:
-        tell({"progress": [stage, done]})
+        send({"progress": [stage, done]})
 
     try:
-        tell({"result": KINDS[task["kind"]](task, progress, tell)})
+        send({"result": KINDS[task["kind"]](task, progress, send)})
     except Exception as error:
-        tell({"error": problem_of(error)})
+        send({"error": problem_of(error)})
 
 
-def export(task: Mapping[str, Any], progress: Progress, _tell: Tell) -> Result:
+def export(task: Mapping[str, Any], progress: Progress, _send: Send) -> Result:
     """Write a session to a new folder, then check every file of it."""
     stored, out = read_session(Path(task["session"])), free_folder(Path(task["out"]))
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -74,7 +74,7 @@ def export(task: Mapping[str, Any], progress: Progress, _tell: Tell) -> Result:
     }
 
 
-def batch(task: Mapping[str, Any], progress: Progress, tell: Tell) -> Result:
+def batch(task: Mapping[str, Any], progress: Progress, send: Send) -> Result:
     """Restore what is to be restored in sessions, each page in a process of its own."""
     counts: dict[str, int] = {}
     count = int(task.get("workers") or len(os.sched_getaffinity(0)))
@@ -82,9 +82,9 @@ def batch(task: Mapping[str, Any], progress: Progress, tell: Tell) -> Result:
 
     def show(event: Event) -> None:
         counts[event.state] = counts.get(event.state, 0) + 1
-        tell({"item": {"name": event.name, "state": event.state, "text": event.text}})
+        send({"item": {"name": event.name, "state": event.state, "text": event.text}})
         if event.done is not None:
-            progress(str(event.done), event.done.share)
+            progress(str(event.done), event.done.fraction)
 
     sessions = [Path(session) for session in task["sessions"]]
     finished = run_batch(sessions, free_folder(Path(task["out"])), RunOptions(), local_workers(count, limits), show)
@@ -96,14 +96,14 @@ def batch(task: Mapping[str, Any], progress: Progress, tell: Tell) -> Result:
     }
 
 
-def check(task: Mapping[str, Any], _progress: Progress, _tell: Tell) -> Result:
+def check(task: Mapping[str, Any], _progress: Progress, _send: Send) -> Result:
     """Compare every file of a session with what its events say."""
     inspection = verify(Path(task["session"]))
     problems = [{"page": one.page, "path": one.path, "kind": one.kind, "text": one.text} for one in inspection.problems]
     return {"files": len(inspection.found), "problems": problems[:MAX_PROBLEMS]}
 
 
-KINDS: Mapping[str, Callable[[Mapping[str, Any], Progress, Tell], Result]] = {
+KINDS: Mapping[str, Callable[[Mapping[str, Any], Progress, Send], Result]] = {
     "export": export,
     "batch": batch,
     "verify": check,
@@ -116,11 +116,11 @@ def main() -> None:
     lines = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # whatever a library prints
 
-    def tell(message: dict[str, Any]) -> None:
+    def send(message: dict[str, Any]) -> None:
         print(json.dumps(message), file=lines, flush=True)
 
     with lines:
-        run(json.loads(sys.stdin.readline()), tell)
+        run(json.loads(sys.stdin.readline()), send)
 
 
 if __name__ == "__main__":

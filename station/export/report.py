@@ -17,7 +17,7 @@ INTEGRITY = {
     "read_twice": "read twice from the scanner, which sends no checksums",
     "read_once": "read once, without checksums: damage in transfer is not detected",
 }
-"""How sure the samples of a capture are, as `source.integrity` of a report names it → the words of the summary."""
+"""`source.integrity` of a report → the words of the summary."""
 
 
 def encode_report(report: Report) -> str:

@@ -26,7 +26,7 @@ REFERENCES = {
     ".ply": re.compile(rb"^comment[ \t]+TextureFile[ \t]+" + LINE_END, re.MULTILINE | re.IGNORECASE),
 }
 MARKS = {".obj": b"mtllib", ".mtl": b"map_Kd", ".wrl": b"filename"}
-"""Words without which a file names no other: these are found ten times as fast as the expressions."""
+"""Words without which a file names no other; ten times as fast as the expressions."""
 COLOURED_VERTICES = re.compile(rb"^property[ \t]+uchar[ \t]+red\b", re.MULTILINE)
 SELF_CONTAINED = ".glb"
 HEADER_BYTES = 2**16  # of a PLY: what follows may be binary
@@ -92,7 +92,7 @@ class Pairing:
         if picture is not None:
             found.setdefault(stem_of_name(source.name) + picture.suffix.lower(), picture)
         complete = bool(found) or self._content(source).coloured
-        edits = self._by_name.get(beside(source, stem_of_name(source.name) + EDITS_SUFFIX))
+        edits = self._by_name.get(adjacent_path(source, stem_of_name(source.name) + EDITS_SUFFIX))
         if edits is not None:
             found[edits.name] = edits
         return Companions(found, missing=None in named.values() or not complete)
@@ -131,12 +131,12 @@ class Pairing:
         inside = _inside(name)
         if inside is None:
             return None
-        path = beside(source, inside)
+        path = adjacent_path(source, inside)
         return self._by_name.get(path) or self._by_lower_case.get(path.lower())
 
     def _picture(self, source: Path) -> Path | None:
         """The picture with the name of the scan, in the order of preference."""
-        stem = beside(source, stem_of_name(source.name)).lower()
+        stem = adjacent_path(source, stem_of_name(source.name)).lower()
         names = (stem + suffix for suffix in IMAGE_SUFFIXES)
         return next((self._by_lower_case[name] for name in names if name in self._by_lower_case), None)
 
@@ -151,7 +151,7 @@ def stem_of_name(name: str) -> str:
     return name[:point] if 0 < point < len(name) - 1 else name
 
 
-def beside(path: Path, name: str) -> str:
+def adjacent_path(path: Path, name: str) -> str:
     """The path of a name in the folder of a file, as text."""
     place = str(path)
     return place[: len(place) - len(path.name)] + name

@@ -36,7 +36,9 @@ STAGED = "arrival"
 Event = Literal["restored", "set aside", "waiting", "left out"]
 State = Literal["done", "worked", "waiting"]
 Notify = Callable[[Event, Path, str], None]
-"""Called with what happened, the scan relative to the watched folder, and where the result is, or why there is none.
+"""Called with what happened, the scan, and where the result is, or why it is missing.
+
+The scan is relative to the watched folder.
 
 A session is left out: its scans are those of its own record.
 """

@@ -61,5 +61,5 @@ def hatch_unseen(page: RestoredPage) -> Bytes:
 
 
 def _unseen_shares(page: RestoredPage) -> str:
-    shares = {kind: float((page.coverage == kind).sum() / max((page.coverage > 0).sum(), 1)) for kind in HATCHES}
-    return "".join(f", {kind.name.lower()}: {share:.1%}" for kind, share in shares.items() if share > 0)
+    fractions = {kind: float((page.coverage == kind).sum() / max((page.coverage > 0).sum(), 1)) for kind in HATCHES}
+    return "".join(f", {kind.name.lower()}: {fraction:.1%}" for kind, fraction in fractions.items() if fraction > 0)

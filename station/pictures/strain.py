@@ -52,14 +52,14 @@ def round_up(value: float) -> float:
 
 
 def _map(
-    page: RestoredPage, share: Floats, title: str, colours: Floats, scale: tuple[float, float], values: Floats
+    page: RestoredPage, position: Floats, title: str, colours: Floats, scale: tuple[float, float], values: Floats
 ) -> Bytes:
     """Draw one quantity over the page.
 
-    share: (m,), position along the colours, 0 to 1.
+    position: (m,), position along the colours, 0 to 1.
     values: in numbers, (m,).
     """
-    picture = _paint(page.fine, share, colours)
+    picture = _paint(page.fine, position, colours)
     rows, cols = picture.shape[:2]
     grey = cv2.resize(cv2.cvtColor(page.image, cv2.COLOR_RGB2GRAY), (cols, rows), interpolation=cv2.INTER_AREA)
     picture = (picture * (1.0 - FAINT + FAINT * grey[..., None] / 255.0)).astype(np.uint8)
@@ -73,22 +73,22 @@ def _map(
     return _legend(sheet, cols + 2 * GAP, title, colours, scale, lines)
 
 
-def _paint(mesh: FlatMesh, share: Floats, colours: Floats) -> Bytes:
+def _paint(mesh: FlatMesh, position: Floats, colours: Floats) -> Bytes:
     low, high = mesh.flat.min(axis=0), mesh.flat.max(axis=0)
     scale = (np.array([WIDTH, HEIGHT]) / (high - low)).min()
     width, height = np.maximum(1, np.ceil((high - low) * scale)).astype(int)
     xy = np.column_stack([mesh.flat[:, 0] - low[0], high[1] - mesh.flat[:, 1]]) * scale - 0.5
     corners, triangles = xy[mesh.faces.ravel()], np.arange(mesh.faces.size).reshape(-1, 3)
-    seen = rasterise(corners, triangles, np.repeat(share, 3)[:, None], height, width)[..., 0]
+    seen = rasterise(corners, triangles, np.repeat(position, 3)[:, None], height, width)[..., 0]
     covered = np.isfinite(seen)
     picture = blank_picture(height, width)
     picture[covered] = _colour(seen[covered].astype(np.float64), colours)
     return picture
 
 
-def _colour(share: Floats, colours: Floats) -> Bytes:
+def _colour(position: Floats, colours: Floats) -> Bytes:
     anchors = np.linspace(0, 1, len(colours))
-    return np.column_stack([np.interp(share, anchors, channel) for channel in colours.T]).round().astype(np.uint8)
+    return np.column_stack([np.interp(position, anchors, channel) for channel in colours.T]).round().astype(np.uint8)
 
 
 def _legend(
@@ -99,9 +99,9 @@ def _legend(
         sheet = draw_text(sheet, line, left, GAP + 42 + LINE * i)
     top, bottom = GAP + 42 + LINE * (len(lines) + 1), sheet.shape[0] - GAP - LINE
     sheet[top:bottom, left : left + BAR_WIDTH] = _colour(np.linspace(1, 0, bottom - top), colours)[:, None]
-    for share in np.linspace(0, 1, TICKS):
-        row = round(bottom - share * (bottom - top)) - LINE // 2
-        value = 100 * (scale[0] + share * (scale[1] - scale[0]))
+    for position in np.linspace(0, 1, TICKS):
+        row = round(bottom - position * (bottom - top)) - LINE // 2
+        value = 100 * (scale[0] + position * (scale[1] - scale[0]))
         sign = "+" if value > 0 > scale[0] else ""
         sheet = draw_text(sheet, f"{sign}{value:.3g} %", left + BAR_WIDTH + 12, row, ink=FAINT_INK)
     return sheet

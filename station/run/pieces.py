@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -123,12 +123,12 @@ def _leaves(sheets: list[ScannedSheet]) -> list[Selected]:
     ]
 
 
-def _left_out(others: list[ScannedSheet], size: float, count: int) -> tuple[Finding, ...]:
+def _left_out(others: Sequence[ScannedSheet], size: float, count: int) -> tuple[Finding, ...]:
     """The finding of sheets that are not restored; size: of the page, in their unit."""
-    share = max(sheet.size for sheet in others) / size
-    if share < LARGE:
-        return (Finding.of("largest_of_pieces", share, count=count),)
-    return (Finding.of("large_sheet_left_out", share, count=count),)
+    fraction = max(sheet.size for sheet in others) / size
+    if fraction < LARGE:
+        return (Finding.of("largest_of_pieces", fraction, count=count),)
+    return (Finding.of("large_sheet_left_out", fraction, count=count),)
 
 
 def _each(sheets: list[ScannedSheet]) -> list[Selected]:

@@ -1,4 +1,4 @@
-"""Carry the corrections of a page over to a scan that was captured in place of an earlier one.
+"""Carry the corrections of a page over to its second capture.
 
 Corrections without points are carried at once. Points lie on the image of the earlier scan; they go through both flat
 pages, which are true to scale. The fingerprint decides first whether both show the same page: another page of like
@@ -34,8 +34,9 @@ Move = Callable[[Floats], Floats]
 
 
 def carry(writer: Writer, earlier: Event, later: Event) -> Event | None:
-    """Give a scan the corrections of the one that it was captured in place of, and return the event.
+    """Carry corrections to a scan from the one that it replaces.
 
+    Returns the event.
     Points that do not fit are dropped, and `by` says so. None where there was nothing to carry. Raises OSError.
     """
     event = writer.history.current(later.page, slot_of(EDITS, earlier))
@@ -107,7 +108,9 @@ def _whole(scan: Scan) -> RestoredPage:
 
 
 def register_pages(one: Bytes, two: Bytes) -> Floats | None:
-    """Return the rigid motion (2, 3) px from a flat page to another; None where there is none.
+    """Return the rigid motion (2, 3) px from a flat page to another.
+
+    None where it is not known.
 
     one, two: (h, w, 3) at DPI.
     """

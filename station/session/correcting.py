@@ -76,7 +76,7 @@ def show_fitting(writer: Writer, step: Event | None = None) -> None:
     runs = _runs(writer)
     for page in pages:
         made = [] if page.capture is None else runs.get(slot_of(RESTORE, page.capture), [])
-        if len(made) < 2:  # there is no other one to show
+        if len(made) < 2:  # no other one can be shown
             continue
         edits = effective_edits(writer.session, page, rules)
         if RESTORE in page.runs and is_of(page.runs[RESTORE], edits):
@@ -87,7 +87,10 @@ def show_fitting(writer: Writer, step: Event | None = None) -> None:
 
 
 def _runs(writer: Writer) -> dict[str, list[Event]]:
-    """Return slot → its restorations, the latest last; a slot names its scan, which is of one page."""
+    """Return slot → its restorations, the latest last.
+
+    A slot names its scan, which is of one page.
+    """
     found = dict[str, list[Event]]()
     for event in writer.history.events:
         if event.kind == "stage" and event.name == RESTORE:

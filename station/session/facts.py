@@ -100,14 +100,14 @@ class Checked(_Facts):
     hint: str
 
 
-class Judged(_Facts):
+class QualityCheck(_Facts):
     """The result of the quality check."""
 
     level: Level
     checks: list[Checked]
 
 
-RESULTS: Mapping[str, type[BaseModel]] = {"restore": Restored, "verdict": Judged}
+RESULTS: Mapping[str, type[BaseModel]] = {"restore": Restored, "verdict": QualityCheck}
 VALUES: Mapping[str, TypeAdapter[Any]] = {
     **{name: TypeAdapter(str) for name in ("label", "label_left", "label_right", "side", "note")},
     **{name: TypeAdapter(bool) for name in ("mark", "accept")},

@@ -196,8 +196,8 @@ def _folder_of(entry: Entry) -> Path:
     if folder.is_dir() and identifier_of(folder) in (entry.id, None):  # None: damaged, and recognised by its file names
         return folder
     gone = f"the session {entry.title!r} is no longer in {folder}"
-    beside = sorted(folder.parent.iterdir()) if folder.parent.is_dir() else []
-    for other in beside:
+    siblings = sorted(folder.parent.iterdir()) if folder.parent.is_dir() else []
+    for other in siblings:
         if identifier_of(other) == entry.id:
             enter = shlex.join(["planish", "session", "recover", str(other)])
             raise BadInput(gone, f"{other} is that session or a copy of it; {enter} enters it there")

@@ -15,7 +15,10 @@ from restore.formats import current_provenance
 OLDER_FORMAT = 1
 
 Tree = Mapping[str, Any]
-"""Earlier key → today's, or a pair of today's key and the tree of its value; the elements of a list share a tree."""
+"""Earlier key → today's, or a pair of today's key and the tree of its value.
+
+The elements of a list have one tree.
+"""
 
 MEASURES: Tree = {
     "covered_share": "measured_fraction",

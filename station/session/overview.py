@@ -10,7 +10,7 @@ from station.session.history import redo_target, undo_target
 from station.session.index import level_of, state_of
 from station.session.leaves import Leaf, label_of, leaves_by_page, missing_labels
 from station.session.store import Session
-from station.verdict.judge import worst
+from station.verdict.checks import worst
 
 ROW = "{:>8}  {:<8} {:<6} {:<9} {:<6} {:<8} {:<6} {}"
 
@@ -29,12 +29,12 @@ def overview(session: Session) -> dict[str, Any]:
 
 def overview_lines(session: Session) -> Iterator[str]:
     """The session as lines of text."""
-    told = overview(session)
-    yield f"{told['title']}  {told['project']}".rstrip()
-    yield f"{session.folder}, {len(told['pages'])} pages, {told['events']} events, preset {told['preset']}"
-    if told["pages"]:
+    shown = overview(session)
+    yield f"{shown['title']}  {shown['project']}".rstrip()
+    yield f"{session.folder}, {len(shown['pages'])} pages, {shown['events']} events, preset {shown['preset']}"
+    if shown["pages"]:
         yield ROW.format("page", "label", "side", "state", "level", "kind", "edited", "note").rstrip()
-    for page in told["pages"]:
+    for page in shown["pages"]:
         for part in page["parts"]:
             marked = "* " if page["mark"] else ""
             edited = "later" if page["outdated"] else "yes" if page["edited"] else ""

@@ -19,7 +19,7 @@ from station.session.store import Writer
 
 FOLDER = "photographs"
 SCALE = "scale"
-"""Fact of a capture that is a set of photographs: where their scale comes from, as `planish photos --scale` has it."""
+"""Fact of a capture of photographs: their scale, as `planish photos --scale` has it."""
 
 
 def add_photographs(writer: Writer, paths: Sequence[Path], *, page: int | None = None, scale: str = "card") -> Event:

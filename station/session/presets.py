@@ -74,10 +74,10 @@ class Preset(BaseModel):
         """
         settings = Settings.model_validate(self.settings).model_dump(mode="json")
         outputs = sorted({*self.outputs, "coverage"})
-        told = {"unit": str(capture.get("unit", "auto"))}
-        told |= {"scale": capture["scale"]} if "scale" in capture else {}
-        told |= {} if self.layout == Layout.SINGLE else {"layout": str(self.layout)}
-        return {"settings": settings, "outputs": outputs, "language": self.language, **told}
+        reading = {"unit": str(capture.get("unit", "auto"))}
+        reading |= {"scale": capture["scale"]} if "scale" in capture else {}
+        reading |= {} if self.layout == Layout.SINGLE else {"layout": str(self.layout)}
+        return {"settings": settings, "outputs": outputs, "language": self.language, **reading}
 
     def label(self, position: int) -> str:
         """Return the label of the page at a position of the volume, from 1 on.

@@ -13,8 +13,8 @@ from typing import Any
 
 from restore import BadInput
 from station.export.report import finite
+from station.session.checking import fingerprints_of
 from station.session.events import FORMAT, Event
-from station.session.judging import fingerprints_of
 from station.session.parts import RESTORE, VERDICT
 from station.session.stages import Run, run_restore, run_verdict
 from station.session.steps import scan_path

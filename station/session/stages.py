@@ -25,7 +25,7 @@ from station.session.parts import STEM, measured_parts, parts_of
 from station.session.photographs import pictures_in
 from station.session.rules import edits_of
 from station.verdict.calibration_notes import calibration_notes
-from station.verdict.judge import CORRECTIONS_DROPPED, Check, as_result, judge, questions, worst_first
+from station.verdict.checks import CORRECTIONS_DROPPED, Check, as_result, check_measures, questions, worst_first
 from station.verdict.measures import left_out_fraction, measured
 from station.verdict.thresholds import Thresholds
 
@@ -135,7 +135,7 @@ def run_verdict(result: Mapping[str, Any], parameters: Mapping[str, Any], others
     lost = {"left_out_fraction": 1.0} if len(measured_ones) < len(parts) else {}  # the other leaf, as large as this
     checks: list[Check] = []
     for part, measures in measured_ones.items():
-        found = (*judge({**measures, **lost}, thresholds, others)[1], *questions(parts[part]))
+        found = (*check_measures({**measures, **lost}, thresholds, others)[1], *questions(parts[part]))
         checks += [replace(check, part=part) for check in found] if len(parts) > 1 else found
     checks += [CORRECTIONS_DROPPED] if parameters.get("corrections_dropped") else []
     notes = next(filter(None, map(calibration_notes, parts.values())), [])

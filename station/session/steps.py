@@ -111,8 +111,8 @@ def record_run(
     facts       what does not follow from them: seconds, memory.
     others      further events that it read.
     """
-    told = {"parameters": dict(parameters), "result": dict(result), **(facts or {})}
-    return writer.record("stage", slot_of(stage, on), page=on.page, facts=told, inputs=[on, *others], files=files)
+    recorded = {"parameters": dict(parameters), "result": dict(result), **(facts or {})}
+    return writer.record("stage", slot_of(stage, on), page=on.page, facts=recorded, inputs=[on, *others], files=files)
 
 
 def decide(writer: Writer, name: str, value: object, *, page: int = VOLUME, on: Event | None = None) -> Event:

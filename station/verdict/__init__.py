@@ -4,6 +4,6 @@ Measures of the scan and its page, compared with the limits of a preset.
 
 measures   numbers from the scan, the page and its coverage
 same_page  how alike the print of two pages is
-judge      green, amber or red of each measure
+checks     green, amber or red of each measure
 thresholds limits of each measure, amber and red
 """

@@ -17,7 +17,7 @@ X_HEIGHT = 4  # pixels of the small letters in the copy in which gutters are sou
 INKED = 0.1  # fraction of a pixel of that copy that makes it ink
 MIN_WIDTH = 1.5  # x-heights: between two words of a line is half one, between columns two and more
 MIN_LENGTH = 0.5  # of the height of all text: shorter gaps are of chance, or next to a picture or a short last line
-BESIDE = 15.0  # x-heights on either side in which text must stand
+SIDE_REACH = 15.0  # x-heights on either side in which text must stand
 MIN_LINES = 0.4  # of the rows of a gutter, on either side, have ink: lines of text have it on 0.6 to 0.9
 RULE_INCHES = 0.01  # as wide as a printed rule
 
@@ -63,7 +63,7 @@ def _between_columns(ink: np.ndarray, left: int, right: int) -> bool:
 
     Most rows of ink (h, w) have some on both sides of it.
     """
-    reach = round(BESIDE * X_HEIGHT)
+    reach = round(SIDE_REACH * X_HEIGHT)
     sides = ink[:, max(left - reach, 0) : left], ink[:, right : right + reach]
     return all(side.any(axis=1).mean() > MIN_LINES for side in sides)
 

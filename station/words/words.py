@@ -243,7 +243,7 @@ def letters_of(image: Bytes, dpi: float) -> Letters:
     """
     _, _, stats, centres = cv2.connectedComponentsWithStats(_ink(image), connectivity=8)
     width, height = stats[1:, cv2.CC_STAT_WIDTH], stats[1:, cv2.CC_STAT_HEIGHT]
-    least, most = (share * dpi for share in LETTER_INCHES)
+    least, most = (inches * dpi for inches in LETTER_INCHES)
     letters = (height >= least) & (height <= most) & (width >= height / SLENDER) & (width <= height * SLENDER)
     return Letters(height[letters].astype(np.float64), centres[1:][letters])
 

@@ -8,7 +8,7 @@ import pytest
 from restore import restore
 from restore.errors import BadInput
 from restore.scan import RangeScan, SurfaceMesh
-from restore.scan_check import refuse_unusable
+from restore.scan_check import refuse_unusable_image, refuse_unusable_mesh
 
 ROWS, COLS = 30, 40
 PICTURE = np.zeros((60, 80, 3), np.uint8)
@@ -30,8 +30,10 @@ NO_PICTURES = [PICTURE[..., 0], PICTURE.astype(float), PICTURE[:0], np.dstack([P
 
 
 def test_what_fits_together_passes(scan, mesh):
-    for sound in (scan, replace(scan, texture=None), mesh, replace(mesh, texture=None, texcoords=None)):
-        refuse_unusable(sound)
+    for image in (scan, replace(scan, texture=None)):
+        refuse_unusable_image(image)
+    for sound in (mesh, replace(mesh, texture=None, texcoords=None)):
+        refuse_unusable_mesh(sound)
 
 
 @pytest.mark.parametrize("texture", NO_PICTURES, ids=["grey", "float", "empty", "four channels"])

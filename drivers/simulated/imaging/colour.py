@@ -99,9 +99,9 @@ def _light(
     if scene.light.shadows:
         room = partial(sky_view_factor, caster)
         lamps = (partial(lamp_visibility, lamp, caster) for lamp in scene.light.lamps)
-        shares = [_at_pixels(room, maps, seen, face, points, ROOM_STEP)]
-        shares += [_at_pixels(lamp, maps, seen, face, points, 1) for lamp in lamps]
-        fields = [field * share[seen][:, None] for field, share in zip(fields, shares, strict=True)]
+        parts = [_at_pixels(room, maps, seen, face, points, ROOM_STEP)]
+        parts += [_at_pixels(lamp, maps, seen, face, points, 1) for lamp in lamps]
+        fields = [field * part[seen][:, None] for field, part in zip(fields, parts, strict=True)]
     return np.asarray(sum(fields))
 
 

@@ -26,9 +26,11 @@ LENS_CENTRE = np.zeros(3)
 SHADOW_MM = 0.05
 
 ROW_KERNEL = np.array([1.0, 1 / 3]) / np.hypot(1.0, 1 / 3)
-"""Gives unit noise the correlation 0.3 with the next sample along the stripe and none farther on or across, as the
-residuals of a range scan of the sister model Vivid 700 show (0.31, 0.03 and 0.01). Cf. Sun, Rosin, Martin, Langbein,
-"Noise in 3D laser range scanner data", SMI 2008."""
+"""Weights that correlate unit noise by 0.3 with the next sample along the stripe.
+
+Not farther on, nor across, as the residuals of a range scan of the sister model Vivid 700 show (0.31, 0.03 and 0.01).
+Cf. Sun, Rosin, Martin, Langbein, "Noise in 3D laser range scanner data", SMI 2008.
+"""
 
 # Signals are in units of white paper at the reference distance, square to the laser: automatic exposure keeps it there.
 NOISE_FLOOR_SIGNAL = 0.5  # down to here the published precision holds; below, photon noise grows as 1/√signal

@@ -10,7 +10,7 @@ from restore.scan import Bytes, Floats, Ints
 
 _CODE = np.arange(256) / 255
 LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
-"""(256,) linear light of an sRGB code (IEC 61966-2-1)."""
+"""Linear light (256,) of each sRGB code (IEC 61966-2-1)."""
 
 # sRGB: stained matte board, red reflectance 0.09; planed beech, 0.55; white laminate, of the colour of paper, 0.81.
 BOARD = {"dark": (84, 76, 68), "light": (196, 158, 116), "white": (232, 231, 227)}

@@ -45,8 +45,11 @@ PRIOR = {
     "tilt": 0.01,
     "bow": 0.02,
 }
-"""Name of each unknown → 1σ by which bodies may differ from the manual's figures: the baseline is read off a drawing
-to 5 mm; the others are a few per cent, far wider than the uncertainty that shots leave."""
+"""Name of each unknown → 1σ by which bodies may differ from the manual's figures.
+
+The baseline is read off a drawing to 5 mm; the others are a few per cent, far wider than the uncertainty that shots
+leave.
+"""
 
 
 @dataclass(frozen=True, eq=False)

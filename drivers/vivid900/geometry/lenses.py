@@ -16,7 +16,10 @@ from restore.scan import Floats
 from restore.vivid import FOCAL_PX
 
 BASELINE_MM = 250.0
-"""From the lens axis down to the axis of the galvano mirror, read off the dimension drawing (p. 58); good to ±5 mm."""
+"""Lens axis down to the axis of the galvano mirror, ±5 mm.
+
+Read off the dimension drawing (p. 58).
+"""
 
 REFERENCE_MM = 600.0
 """The distance at which the manual states precision and smallest depth range (p. 56)."""

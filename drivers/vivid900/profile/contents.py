@@ -27,7 +27,7 @@ REQUIRED = (
     "commands.read_parameters", "commands.write_parameters", "commands.release", "commands.read_pitch",
     "blocks.parameters.distance_mm", "blocks.parameters.laser_power", "mode", "pitch.pixel",
 )  # fmt: skip
-"""What a profile has to say before it may be trusted; `mode` in the parameters or in the release."""
+"""Keys of a trusted profile; `mode` is in the parameters or in the release."""
 STATUS_REQUIRED = "blocks.status.state", "states.ready"
 """And with a status command, this as well."""
 

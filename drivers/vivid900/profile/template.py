@@ -15,7 +15,7 @@ from __future__ import annotations
 import re
 from binascii import crc_hqx
 from collections.abc import Callable, Mapping
-from functools import reduce
+from functools import lru_cache, reduce
 from operator import xor
 from typing import Annotated, Any, Literal, Self
 from zlib import crc32
@@ -98,6 +98,11 @@ class Span(BaseModel):
         number = others | value * self.scale << self.low_bit
         data[self.at : self.end] = number.to_bytes(self.bytes, order)
 
+    def mask(self, length: int, order: Order) -> int:
+        """The bits that it takes, as one big-endian number of `length` bytes."""
+        own = (self._ones << self.low_bit).to_bytes(self.bytes, self.order or order)
+        return _number(own) << 8 * (length - self.end)
+
     @property
     def _ones(self) -> int:
         return (1 << self.width) - 1
@@ -114,13 +119,18 @@ class Checksum(BaseModel):
     @property
     def span(self) -> Span:
         """Where it lies."""
-        return Span(at=self.at, bytes=CHECKSUMS[self.kind][0], order=self.order)
+        return _span(self.at, CHECKSUMS[self.kind][0], self.order)
 
     def of(self, data: bytes) -> int:
         """The checksum that the data should have."""
         blank = bytearray(data)
         self.span.write(blank, 0, "big")
         return CHECKSUMS[self.kind][1](bytes(blank))
+
+
+@lru_cache(maxsize=64)  # asked for with every block that comes or goes
+def _span(at: int, width: int, order: Order | None) -> Span:
+    return Span(at=at, bytes=width, order=order)
 
 
 class Template(BaseModel):
@@ -147,8 +157,7 @@ class Template(BaseModel):
     def _holds_its_fields(self) -> Self:
         spans, taken = [*self.fields.values(), *([self.checksum.span] if self.checksum else [])], 0
         for span in spans:
-            bits = self._mask(span)
-            if span.end > self.length or taken & bits:
+            if span.end > self.length or taken & (bits := span.mask(self.length, self.order)):
                 raise ValueError("fields overlap, or lie beyond the end of the block")
             taken |= bits
         return self
@@ -214,12 +223,7 @@ class Template(BaseModel):
     @property
     def _free(self) -> int:
         """The bits that fields take, as one big-endian number of the template's length."""
-        return reduce(lambda bits, span: bits | self._mask(span), self.fields.values(), 0)
-
-    def _mask(self, span: Span) -> int:
-        data = bytearray(max(self.length, span.end))
-        span.model_copy(update={"scale": 1}).write(data, (1 << span.width) - 1, self.order)
-        return _number(data)
+        return reduce(lambda bits, span: bits | span.mask(self.length, self.order), self.fields.values(), 0)
 
 
 def _number(data: bytes | bytearray) -> int:

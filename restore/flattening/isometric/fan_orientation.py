@@ -73,8 +73,8 @@ def told_together(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> 
     if open_fans == 0 or ways < 4.0:  # those of the smallest fan, of three faces
         return signs, np.zeros(len(faces), np.int64)
     # An angle that is no more than chance says nothing of its face.
-    told = 2.0 * angles > chance
-    around = adjacency(corners[told], np.flatnonzero(told), len(inner))
+    is_sure = 2.0 * angles > chance
+    around = adjacency(corners[is_sure], np.flatnonzero(is_sure), len(inner))
     parent, turn = np.arange(len(faces)), np.ones(len(faces))
     # A fan of k faces closes in 2^(k − 1) ways: the last face stays, as the reverse is the same way.
     most = frexp(ways)[1]

@@ -162,18 +162,18 @@ def _further(before: Floats, after: Floats, step: Floats) -> float:
 
 
 def conjugate_gradients(
-    step: Floats, edges: Ints, jacobian: Floats, rest: Floats, by: Preconditioner, share: float
+    step: Floats, edges: Ints, jacobian: Floats, rest: Floats, by: Preconditioner, fraction: float
 ) -> int:
-    """Solve for a step until the fraction `share` of the residual is left.
+    """Solve for a step until `fraction` of the residual is left.
 
     step: (n, 2), continued in place, as is its residual `rest` (n, 2). Returns the number of passes.
     """
-    return int(_go_on(step, edges, jacobian, rest, by, share, np.zeros_like(rest), *np.empty((2, *rest.shape))))
+    return int(_go_on(step, edges, jacobian, rest, by, fraction, np.zeros_like(rest), *np.empty((2, *rest.shape))))
 
 
 @numba.njit(cache=True)
 def _go_on(
-    step: Floats, edges: Ints, jacobian: Floats, rest: Floats, by: Preconditioner, share: float,
+    step: Floats, edges: Ints, jacobian: Floats, rest: Floats, by: Preconditioner, fraction: float,
     search: Floats, product: Floats, direction: Floats,
 ) -> int:  # fmt: skip
     """Iterate `conjugate_gradients`.
@@ -184,7 +184,7 @@ def _go_on(
     before, wanted = np.inf, 0.0
     for taken in range(rest.size):
         now = precondition(by, edges, jacobian, rest, direction)
-        wanted = wanted if taken else share * share * now
+        wanted = wanted if taken else fraction * fraction * now
         if now <= wanted:
             return taken
         conjugate = now / before
@@ -228,9 +228,9 @@ def _linearise(
             slack = 1.0 - distance * per[k, m]
             bend = sqrt(1.0 + (slack * steep) ** 2)
             energy += 2.0 * areas[k] * slack * slack / (1.0 + bend)
-            share = areas[k] * per[k, m] / bend
-            stiffness += share * per[k, m]
-            pull += share * slack
+            fraction = areas[k] * per[k, m] / bend
+            stiffness += fraction * per[k, m]
+            pull += fraction * slack
         root, x, y = sqrt(stiffness), x / distance, y / distance
         jacobian[k, 0], jacobian[k, 1] = root * x, root * y
         xx, xy, yy = stiffness * x * x, stiffness * x * y, stiffness * y * y

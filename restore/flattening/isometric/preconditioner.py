@@ -99,8 +99,8 @@ def _invert_pivots(edges: Ints, gradients: Floats, blocks: Floats, inverse: Floa
             a, x, y = edges[k, 0], gradients[k, 0], gradients[k, 1]
             lost = inverse[a, 0] * x * x + 2.0 * inverse[a, 1] * x * y + inverse[a, 2] * y * y
             xx, xy, yy, k = xx - lost * x * x, xy - lost * x * y, yy - lost * y * y, k + 1
-        share = 1.0 / max(xx * yy - xy * xy, TINY)
-        inverse[i, 0], inverse[i, 1], inverse[i, 2] = share * yy, -share * xy, share * xx
+        inverse_det = 1.0 / max(xx * yy - xy * xy, TINY)
+        inverse[i, 0], inverse[i, 1], inverse[i, 2] = inverse_det * yy, -inverse_det * xy, inverse_det * xx
 
 
 @numba.njit(cache=True)

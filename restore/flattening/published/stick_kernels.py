@@ -53,13 +53,13 @@ def _project(now: Floats, pairs: Ints, lengths: Floats) -> None:
         a, b = pairs[k, 0], pairs[k, 1]
         x, y, z = now[b, 0] - now[a, 0], now[b, 1] - now[a, 1], now[b, 2] - now[a, 2]
         distance = np.sqrt(x * x + y * y + z * z) + SMALL
-        share = 0.5 * (distance - lengths[k]) / distance
-        now[a, 0] += share * x
-        now[a, 1] += share * y
-        now[a, 2] += share * z
-        now[b, 0] -= share * x
-        now[b, 1] -= share * y
-        now[b, 2] -= share * z
+        pull = 0.5 * (distance - lengths[k]) / distance
+        now[a, 0] += pull * x
+        now[a, 1] += pull * y
+        now[a, 2] += pull * z
+        now[b, 0] -= pull * x
+        now[b, 1] -= pull * y
+        now[b, 2] -= pull * z
 
 
 def interleave(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:

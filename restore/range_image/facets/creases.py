@@ -90,8 +90,8 @@ def _kink_sigmas(
     data, variance, measured = pictures
     kernel, line = _kink_kernel(angle), _line(angle + np.pi / 2, HALF_LENGTH)
     deviation = np.sqrt(np.maximum(_filtered(variance, kernel**2, inner.shape), SINGLE_TINY))
-    share = _filtered(measured, (kernel != 0) / np.count_nonzero(kernel), inner.shape)
-    complete = (cv2.erode(interior, line, borderValue=0) > 0) & (share > MIN_MEASURED)
+    fraction = _filtered(measured, (kernel != 0) / np.count_nonzero(kernel), inner.shape)
+    complete = (cv2.erode(interior, line, borderValue=0) > 0) & (fraction > MIN_MEASURED)
     if not complete.any():
         return np.zeros(inner.shape, np.float32)
     sigmas = np.abs(_filtered(data, kernel, inner.shape)) / deviation
@@ -135,13 +135,13 @@ def _kink_kernel(angle: float) -> Floats:
     y, x = np.mgrid[-REACH : REACH + 1, -REACH : REACH + 1].astype(float)
     u, v = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
     # Samples at the edge of the rectangle are weighted by the part of them inside it.
-    share = np.clip(HALF_WIDTH + 0.5 - np.abs(u), 0, 1) * np.clip(HALF_LENGTH + 0.5 - np.abs(v), 0, 1)
-    support = share > 0
-    weight = np.sqrt(share[support])
+    fraction = np.clip(HALF_WIDTH + 0.5 - np.abs(u), 0, 1) * np.clip(HALF_LENGTH + 0.5 - np.abs(v), 0, 1)
+    support = fraction > 0
+    weight = np.sqrt(fraction[support])
     terms = np.stack([(u**p * v**q)[support] for p, q in POWERS], axis=1)
     fit, *_ = np.linalg.lstsq(terms * weight[:, None], np.abs(u[support]) * weight, rcond=None)
     kernel = np.zeros_like(u)
-    kernel[support] = share[support] * (np.abs(u[support]) - terms @ fit)
+    kernel[support] = fraction[support] * (np.abs(u[support]) - terms @ fit)
     return kernel / np.linalg.norm(kernel)
 
 

@@ -109,9 +109,9 @@ def signal_classes(signal: Floats | None, measured: Mask) -> NDArray[np.int8]:
     if signal is None:
         return np.where(measured, np.int8(0), np.int8(-1))
     strongest = np.percentile(signal[measured], 95)
-    share = np.clip(signal / max(strongest, TINY), 0.0, 1.0)
+    fraction = np.clip(signal / max(strongest, TINY), 0.0, 1.0)
     return np.where(
-        measured, np.minimum((1.0 - share) * SIGNAL_CLASSES, SIGNAL_CLASSES - 1).astype(np.int8), np.int8(-1)
+        measured, np.minimum((1.0 - fraction) * SIGNAL_CLASSES, SIGNAL_CLASSES - 1).astype(np.int8), np.int8(-1)
     )
 
 

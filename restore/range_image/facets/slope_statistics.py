@@ -105,8 +105,8 @@ def _unbiased_along_rows(slope: Floats, sound: Mask, radius: int) -> Floats:
     """Return slopes along the rows (rows, cols), corrected."""
     apart, (along, across) = 2 * radius + 1, cubic_biases(radius)
     known = np.where(sound, slope, 0.0), sound.astype(float)
-    mean, share = (cv2.blur(values, (apart, apart), borderType=cv2.BORDER_CONSTANT) for values in known)
-    mean[share < FULL] = np.nan
+    mean, fraction = (cv2.blur(values, (apart, apart), borderType=cv2.BORDER_CONSTANT) for values in known)
+    mean[fraction < FULL] = np.nan
     return np.asarray(slope - along * _second_differences(mean.T, apart).T - across * _second_differences(mean, apart))
 
 

@@ -151,10 +151,10 @@ def _set_moments(
             basis[6], basis[7], basis[8], basis[9] = a * a * a, a * a * b, a * b * b, b * b * b
             k = 0
             for p in range(CUBIC):
-                share = weight[m, n] * basis[p]
-                right[p] += share * height
+                weighted = weight[m, n] * basis[p]
+                right[p] += weighted * height
                 for q in range(p + 1):
-                    normal[k] += share * basis[q]
+                    normal[k] += weighted * basis[q]
                     k += 1
             square += weight[m, n] * height * height
             count += 1

@@ -93,8 +93,8 @@ def _noise_sigma(inverse_depth: Floats, band: Mask, apart: int) -> float:
     value = inverse_depth[::apart].T[every]
     span = row[2:] - row[:-2]
     together = (col[2:] == col[:-2]) & (span <= MAX_SPAN)
-    share = ((row[1:-1] - row[:-2]) / np.maximum(span, 1))[together]
+    fraction = ((row[1:-1] - row[:-2]) / np.maximum(span, 1))[together]
     before, own, after = (part[together] for part in (value[:-2], value[1:-1], value[2:]))
-    off = (own - (1.0 - share) * before - share * after) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
+    off = (own - (1.0 - fraction) * before - fraction * after) / np.sqrt(1.0 + fraction**2 + (1.0 - fraction) ** 2)
     floor = MIN_NOISE_MM * float(np.nanmedian(inverse_depth)) ** 2
     return max(robust_sigma(off), floor) if off.size >= MIN_SPANS else floor

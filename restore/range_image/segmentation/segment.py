@@ -57,7 +57,7 @@ class SegmentedScan:
         return self.scan.provenance
 
     @property
-    def share(self) -> float:
+    def fraction(self) -> float:
         """Of the picture that the sheet covers; small for a comb of single lines, too."""
         return float(min(self.samples.mean(), self.inside.mean()))
 
@@ -109,11 +109,11 @@ def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan
     """
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
     sheet = _labelled(scan, rays, samples, labels == max(int(np.argmax(sizes)), 1))
-    if sheet.share < MIN_SHARE:
+    if sheet.fraction < MIN_SHARE:
         count = sheet.samples.sum()
         small = count < MIN_SHARE * labels.size and count > ONE_PIECE * samples.sum()
         hint = SMALL_HINT if small else SPARSE_HINT
-        raise NotEnoughSurface(f"the largest connected surface covers {sheet.share:.1%} of the image", hint)
+        raise NotEnoughSurface(f"the largest connected surface covers {sheet.fraction:.1%} of the image", hint)
     others = int((sizes >= max(ANOTHER * sizes.max(), MIN_SHARE * labels.size)).sum()) - 1
     return sheet if others == 0 else replace(sheet, scan=_with_others(scan, others))
 
@@ -133,7 +133,7 @@ def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
     large = np.flatnonzero(sizes >= MIN_SHARE * labels.size)
     pieces = [replace(_labelled(scan, rays, samples, labels == label), table=table) for label in large]
-    pieces = [piece for piece in pieces if piece.share >= MIN_SHARE]
+    pieces = [piece for piece in pieces if piece.fraction >= MIN_SHARE]
     said = _unconnected(samples, pieces) if pieces else []
     return [replace(piece, scan=with_findings(piece.scan, *said)) for piece in pieces]
 

@@ -61,10 +61,10 @@ class TableSurface(NamedTuple):
         """
         sigma = _sigma(blocks, self.uneven)
         off = blocks.heights - blocks.terms @ self.factors
-        beside = np.abs(off) >= ON_SURFACE * sigma
-        step = np.median(off[beside]) if beside.any() else np.inf
-        share = blocks.weights @ (np.abs(off - step) < ON_SURFACE * sigma) / blocks.weights.sum()
-        likely = (1.0 - share) * _normal(off / sigma) + share * _normal((off - step) / sigma)
+        off_surface = np.abs(off) >= ON_SURFACE * sigma
+        step = np.median(off[off_surface]) if off_surface.any() else np.inf
+        fraction = blocks.weights @ (np.abs(off - step) < ON_SURFACE * sigma) / blocks.weights.sum()
+        likely = (1.0 - fraction) * _normal(off / sigma) + fraction * _normal((off - step) / sigma)
         return float(2.0 * blocks.weights @ np.log(likely / sigma + 1.0 / SPREAD_MM) - parameters * np.log(len(off)))
 
 

@@ -2,7 +2,7 @@
 
 The order is that of the checks: the shape of the head, the host, the origin, the token, the length of the body, its
 time, its type. A page of another origin can neither read (no CORS headers are ever sent) nor change anything (it has no
-token); a name that an attacker lets point to this computer is not a known host (DNS rebinding). There is no cookie: a
+token); a name that an attacker lets point to this computer is not a known host (DNS rebinding). No cookie is set: a
 browser sends it to every port of a host, and another user of this computer may serve one of them.
 """
 

@@ -36,7 +36,10 @@ def correct(
 
 @router.get("/pages/{number}/layout")
 def layout(app_state: Looking, number: PageNumber) -> dict[str, Any]:
-    """Return where the spine of a page is, and whether it is one; the first answer takes seconds."""
+    """Return where the spine of a page is, and whether it is one.
+
+    The first answer takes seconds.
+    """
     session = app_state.opened().session
     page = shown_page(session, number)
     assert page.capture is not None

@@ -54,5 +54,5 @@ def corrections_of(session: Session, number: int) -> dict[str, Any]:
 
 
 def _sizes(result: Any) -> dict[str, Any]:
-    """Part → width and height in mm, of a restoration; None for a part that could not be restored."""
+    """Return part → width and height in mm; None for a part that was not restored."""
     return {name: report.get("page_mm") for name, report in parts_of(result).items()}

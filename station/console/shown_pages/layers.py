@@ -48,7 +48,10 @@ def layers_of(restored: Event | None, capture: Event | None) -> list[str]:
 
 
 def leaf_layers(restored: Event | None, prefix: str) -> list[str]:
-    """The layers of a leaf; prefix: `left.` or `right.`, empty for a page that is the only one of its scan."""
+    """Return the layers of a leaf.
+
+    prefix: `left.` or `right.`, empty for a page that is the only one of its scan.
+    """
     layers = [f"{prefix}{name}" for name in FILES]
     return [] if restored is None else [layer for layer in layers if file_of_layer(layer) in restored.files]
 

@@ -23,7 +23,10 @@ class Layouts:
         self._looking = threading.Lock()
 
     def of(self, session: Session, capture: Event) -> Mapping[str, Any]:
-        """Return the layout of a scan, as `LayoutFinding.as_json`. Raises ConsoleFault, RestoreError, OSError."""
+        """Return the layout of a scan, as `LayoutFinding.as_json`.
+
+        Raises ConsoleFault, RestoreError, OSError.
+        """
         key = (session.identifier, capture.number)
         with self._looking:
             if key not in self._kept:

@@ -23,7 +23,7 @@ from station.session.index import level_of, state_of
 from station.session.leaves import Leaf, label_of, leaves_by_page
 from station.session.parts import RESTORE, VERDICT, errors_of, parts_of
 from station.session.stages import PAGE
-from station.verdict.judge import LEVELS, OPERATOR_CHECKS
+from station.verdict.checks import LEVELS, OPERATOR_CHECKS
 
 Row = dict[str, Any]
 ALTO = "page-alto.xml"
@@ -94,12 +94,12 @@ def rank_of(page: Page) -> float:
     The number of its level, and how far its worst measure is past the limit, 0 to 1. A page that could not be restored
     is worst of all; one that is not checked comes before green ones.
     """
-    restored, judged = page.runs.get(RESTORE), page.runs.get(VERDICT)
+    restored, check_run = page.runs.get(RESTORE), page.runs.get(VERDICT)
     if restored is not None and any(errors_of(restored.facts["result"])):
         return float(len(LEVELS))
-    if judged is None:
+    if check_run is None:
         return 0.5
-    result = judged.facts["result"]
+    result = check_run.facts["result"]
     past = max((_past(one) for one in result["checks"] if one["level"] == result["level"]), default=0.0)
     return LEVELS.index(result["level"]) + past
 

@@ -336,8 +336,8 @@ class AppState:
             self.preview = replace(seen, facts={"n": number, "time": stamp(self.now()), **seen.facts, **links})
             self.event_stream.publish("preview", self.preview.facts)
         except Exception as error:  # of any kind: a preview ends nothing
-            told = problem_of(error)
-            self.broadcast.line(f"no preview: {told['text']}", key="not_shot", data=told)
+            problem = problem_of(error)
+            self.broadcast.line(f"no preview: {problem['text']}", key="not_shot", data=problem)
         finally:
             self.scanner.release()
 

@@ -21,8 +21,8 @@ from station.console.faults import ConsoleFault
 from station.console.shown_pages.rows import Row, rows_of
 from station.session import Page, Session, decide, open_session, read_session
 from station.session.bag import LOG, TAG_MANIFEST
+from station.session.checking import lacks_verdict
 from station.session.corrections import needs_restoration
-from station.session.judging import lacks_verdict
 from station.session.stages import Submit, run_restore
 from station.session.store import identity_of
 from station.workers.background import background

@@ -17,7 +17,7 @@ from PIL import Image
 from drivers.vivid900.geometry.lenses import LENSES, MODES, depth_window
 from restore import RangeScan
 from restore.scan import Bytes, Floats, Mask
-from station.verdict.judge import level_of
+from station.verdict.checks import level_of
 from station.verdict.measures import BLACK, WHITE, blur_px
 from station.verdict.thresholds import Thresholds
 

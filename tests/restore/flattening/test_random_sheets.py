@@ -7,7 +7,7 @@ from oracles.outcome import MAX_STRAIN, Outcome, flatten_and_judge
 from oracles.overlaps import overlapping_pairs
 from oracles.random_sheets import KINDS, OUTLINES, random_sheet
 
-ORDINARY, COUNT = 30, 500
+ORDINARY, COUNT = 30, 200
 TANGLED = [0, 133, 143, 252, 365]  # come down tangled, and need not stay so
 STRAINED = [113]  # a noisy Miura fold of 346 vertices
 UNTANGLED_MM = 0.4  # rms; a tangle puts whole spacings, 10 mm, in the wrong place

@@ -73,7 +73,7 @@ def test_faces_of_different_places_all_stay(data):
     vertices = np.array(data.draw(st.lists(st.tuples(values, values, values), min_size=count, max_size=count)))
     corner = st.integers(0, count - 1)
     faces = np.array(data.draw(st.lists(st.tuples(corner, corner, corner), min_size=1, max_size=30)))
-    back = merge_copies(SurfaceMesh(vertices, faces))
+    back = merge_copies(PaintedMesh(vertices, faces))
     kept = [sorted(map(tuple, vertices[face] + 0.0)) for face in faces]
     distinct = [key for at, key in enumerate(kept) if key not in kept[:at]]
     assert [sorted(map(tuple, back.vertices[face] + 0.0)) for face in back.faces] == distinct

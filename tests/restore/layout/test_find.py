@@ -83,6 +83,7 @@ def test_leaves_are_restored_each_as_a_sheet(opened):
 def test_the_whole_is_not_flattened_twice_and_is_the_same(opened):
     (whole,) = find_leaves(opened[0], "whole", COARSE).parts.values()
     assert isinstance(whole.prepared, FlattenedSheet)
+    assert whole.prepared.with_noise() is whole.prepared.sheet
     page = restore(whole, COARSE)
     np.testing.assert_array_equal(page.image, restore(opened[0], COARSE).image)
     assert page.report["seconds"]["flatten"] == 0.0

@@ -4,7 +4,7 @@ import numpy as np
 
 from restore.numerics.limits import SINGLE_TINY
 from restore.shading.channels import as_list
-from restore.shading.estimate import Judges, estimate_again, estimate_light
+from restore.shading.estimate import CheckPlaces, estimate_again, estimate_light
 from restore.shading.regions import regions_of
 from restore.shading.relief import Relief
 from restore.shading.surroundings import places_of, surroundings_of
@@ -46,10 +46,10 @@ def test_a_first_light_parts_print_from_paper_along_the_creases():
     surroundings = surroundings_of(relief)
     places = places_of(relief, surroundings.horizon)
     paper = np.flatnonzero(reflectance == 1)
-    judges = Judges.of(colour, regions, inside)
-    first = estimate_light(as_list(colour), paper, places, surroundings, regions, judges, inside)
-    again, judges = estimate_again(first, colour, relief.normals, paper, places, surroundings, inside)
-    grey = reflectance.ravel()[judges.cells] < 1
-    assert not set(judges.labels[grey]) & set(judges.labels[~grey])
+    checks = CheckPlaces.of(colour, regions, inside)
+    first = estimate_light(as_list(colour), paper, places, surroundings, regions, checks, inside)
+    again, checks = estimate_again(first, colour, relief.normals, paper, places, surroundings, inside)
+    grey = reflectance.ravel()[checks.cells] < 1
+    assert not set(checks.labels[grey]) & set(checks.labels[~grey])
     left = again.values.mean(axis=1) / np.maximum(light.ravel(), SINGLE_TINY)
     assert np.std(left / left.mean()) < LEFT

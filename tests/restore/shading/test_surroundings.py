@@ -29,7 +29,7 @@ def at(surroundings, x, y):
 
 
 def test_a_plane_shows_nothing_of_itself(plane):
-    assert plane.shares.sum(axis=1).max() < NOTHING
+    assert plane.fractions.sum(axis=1).max() < NOTHING
 
 
 @pytest.mark.parametrize("x", [-40.0, -20.0, -10.0])
@@ -37,7 +37,7 @@ def test_from_one_side_of_a_valley_the_other_fills_its_share_of_the_view(valley,
     """An endless strip that rises by an angle α over a place's own plane fills (1 − cos α) / 2 of its view."""
     to_the_rim = np.arctan(SLOPE * (HALF_MM + x) / (HALF_MM - x))
     expected = (1 - np.cos(to_the_rim + np.arctan(SLOPE))) / 2
-    shares = valley.shares_at(at(valley, x, 0.0))
+    shares = valley.fractions_at(at(valley, x, 0.0))
     assert shares.sum() == pytest.approx(expected, rel=NEAR)
     across = valley.patches.points[shares.indices, 0]
     assert (across > -PATCH * valley.horizon.pitch).all()  # on the other side, or in the bottom between them
@@ -51,4 +51,4 @@ def test_what_a_page_reflects_to_itself_goes_with_what_falls_on_it(valley):
     dark, bright = reflected[rows // 2, cols // 4], reflected[rows // 2, 3 * cols // 4]
     np.testing.assert_allclose(dark, dark[0] * np.array([1, 2, 3]), rtol=1e-5)
     assert bright.max() < dark.max() / 10
-    assert valley.shares.sum(axis=1).max() < 1
+    assert valley.fractions.sum(axis=1).max() < 1

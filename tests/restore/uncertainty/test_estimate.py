@@ -5,8 +5,9 @@ import pytest
 
 from drivers.simulated import Curl, Flat, shoot
 from restore import Settings, SurfaceMesh, restore
+from restore.prepared.prepared import NO_NOISE
 from restore.uncertainty.displacements import Displacements, without_rigid_part
-from restore.uncertainty.estimate import NO_NOISE, _distance_of_95, combined
+from restore.uncertainty.estimate import _distance_of_95, combined
 from restore.uncertainty.noise import Noise
 
 SMALL = {"mode": "fast", "page_mm": (120.0, 90.0)}

@@ -46,7 +46,7 @@ def test_every_scan_is_restored_or_set_aside_once(scans, tmp_path) -> None:
         ("restored", "sub/c.ply"),
         ("set aside", "broken.ply"),
     ]
-    assert events[-1].done.share == 1.0
+    assert events[-1].done.fraction == 1.0
     assert {path: path.read_bytes() for path in scans.rglob("*") if path.is_file()} == before
     html = report.read_text()
     assert html.index("broken.ply") < html.index("sub/c.ply")

@@ -41,4 +41,4 @@ def test_an_end_on_another_day_names_it() -> None:
 
 def test_the_fraction_that_is_done() -> None:
     done = pace([100] * 12).done(100, 60.0, 1)
-    assert (done, done.share) == (Done(1, 12, NOON), 1 / 12)
+    assert (done, done.fraction) == (Done(1, 12, NOON), 1 / 12)

@@ -20,7 +20,7 @@ from station.session.adding import add_original
 from station.session.parts import RESTORE, VERDICT
 from station.session.presets import Preset
 from station.storage.session_folder import is_session
-from station.verdict.judge import LEVELS
+from station.verdict.checks import LEVELS
 from station.workers.executors import Workers, local_workers
 from station.workers.process import Limits
 from tests.station.batch.conftest import QUICK, small_scan

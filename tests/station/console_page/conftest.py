@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 
 Open = Callable[..., "Page"]
 CONNECTED = ".laser:not([data-laser=unknown])"
+# All is loaded when the page opens, and once more when it hears the server; the preview comes last.
+LOADED = """() =>
+  performance.getEntriesByType("resource").filter((one) => one.name.includes("/api/preview")).length > 1"""
 
 
 @pytest.fixture(autouse=True)
@@ -58,7 +62,15 @@ def show(browser: Browser) -> Iterator[Open]:
         def opened(station: CannedStation, screen: str = "capture", **look: object) -> Page:
             page = stack.enter_context(window(browser, f"{stack.enter_context(serving(station))}/#/{screen}", **look))
             page.locator(CONNECTED).wait_for(timeout=READY_MS)  # keys that come before do nothing
-            page.wait_for_timeout(200)  # until it has loaded what came before
+            page.wait_for_function(LOADED, timeout=READY_MS)
             return page
 
         yield opened
+
+
+def until(page: Page, come: Callable[[], object]) -> None:
+    """Wait for what comes to this process: `page` brings it."""
+    deadline = time.monotonic() + READY_MS / 1000
+    while not come():
+        assert time.monotonic() < deadline, "it did not come"
+        page.wait_for_timeout(10)

@@ -7,6 +7,7 @@ import json
 import pytest
 
 from oracles.console.browser import READY_MS
+from tests.station.console_page.conftest import until
 
 EDITS = "**/api/pages/7/edits"
 
@@ -71,6 +72,7 @@ def test_a_second_enter_during_a_save_saves_nothing(tool, canned):
     with page.expect_request(EDITS):
         page.keyboard.press("Enter")
     page.keyboard.press("Enter")
+    until(page, lambda: held)
     page.wait_for_timeout(100)  # a request that should not come has no event to wait for
     assert len(held) == 1
     held[0].fallback()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import threading
 from functools import partial
 
 import pytest
@@ -12,6 +11,7 @@ import pytest
 from oracles.console import CannedStation, preview
 from oracles.console.answers import words
 from station.console.vendored import PAGE
+from tests.station.console_page.conftest import until
 
 DENSE = 307_200  # samples of a FINE shot
 LOOSE_FPS = 5.0  # frames in a second on a machine with many at work; bench/console_page.py measures them alone
@@ -37,10 +37,7 @@ def presses(canned):
 def pressed(page, canned, act, count=1):
     """The actions that the server was asked for, when as many have come as were expected."""
     act()
-    for _ in range(100):
-        if len(presses(canned)) >= count:
-            break
-        page.wait_for_timeout(20)
+    until(page, lambda: len(presses(canned)) >= count)
     return presses(canned)
 
 
@@ -121,8 +118,8 @@ def test_no_lights_are_shown_until_those_of_the_page_are_known(show, canned, scr
     page.route("**/api/pages/7", lambda route: held.append(route))
     page.locator("#strip-7").click()
     page.get_by_role("heading", level=1, name="Page 7").wait_for()
-    page.wait_for_timeout(100)
-    assert held and page.locator(".light").count() == 0
+    until(page, lambda: held)
+    assert page.locator(".light").count() == 0
     held[0].continue_()
     page.wait_for_selector(".light")
 
@@ -132,7 +129,7 @@ def test_the_worst_pages_come_first(show, canned):
     page = show(canned)
     page.get_by_role("button", name="Worst first").click()
     page.locator(".strip-scroller").evaluate("one => { one.scrollLeft = 0; }")
-    page.wait_for_function("document.querySelector('[aria-posinset=\"1\"]')?.dataset.page === '11'")
+    page.wait_for_function("() => document.querySelector('[aria-posinset=\"1\"]')?.dataset.page === '11'")
     first = [page.locator(f"[aria-posinset='{at}']").get_attribute("data-page") for at in range(1, 6)]
     assert first == ["11", "22", "7", "14", "21"]
 
@@ -232,11 +229,7 @@ def test_both_leaves_of_an_opened_book_are_shown(show, canned):
     leaves = page.get_by_role("group", name="Leaf")
     assert leaves.get_by_role("button", name="left").get_attribute("aria-pressed") == "true"
     leaves.get_by_role("button", name="right").click()
-    for _ in range(100):
-        if any("/15/right.page.dzi" in url for url in asked):
-            break
-        page.wait_for_timeout(20)
-    assert any("/15/right.page.dzi" in url for url in asked)
+    until(page, lambda: any("/15/right.page.dzi" in url for url in asked))
     page.locator("#strip-8").click()
     leaves.wait_for(state="hidden")
 
@@ -288,8 +281,8 @@ def test_a_second_window_watches_and_is_told_why(show, canned):
     assert button.get_attribute("aria-disabled") == "true"
     assert button.get_attribute("title") == "Another window has control; this one is read-only"
     page.keyboard.press(" ")
-    page.get_by_role("button", name="Take control").click()
-    page.wait_for_timeout(100)
+    with page.expect_response("**/api/control"):
+        page.get_by_role("button", name="Take control").click()
     assert [path for path, _ in canned.pressed] == ["/api/control"]
 
 
@@ -335,31 +328,23 @@ def test_settings_that_differ_are_shown_and_sent(show, canned):
     mode.get_by_role("button", name="Back to the preset").click()
     page.get_by_text("Not in use yet: 2").wait_for()
     page.get_by_role("button", name="Use from the next page").click()
-    page.get_by_text("Recorded").wait_for()
+    page.get_by_text("Recorded; they hold").wait_for()
     values = next(body["values"] for path, body in canned.pressed if path == "/api/settings")
     assert values == {"capture.mode": None, "capture.distance_mm": 850}
 
 
 def test_a_row_that_comes_while_all_are_loaded_is_not_undone_by_them(show, canned):
     """The answer was made before page 4 was judged, and comes after that was told."""
-    page, release, asked = show(canned), threading.Event(), threading.Event()
-    busy = {"level": "", "busy": True}
-
-    def answer_late(route):
-        old = {"pages": [{**row, **(busy if row["page"] == 4 else {})} for row in canned.answer("/api/pages")["pages"]]}
-        asked.set()
-        while not release.is_set():
-            page.wait_for_timeout(10)
-        route.fulfill(json=old)
-
-    page.route("**/api/pages", answer_late)
+    page, held = show(canned), []
+    old = {4: {"level": "", "busy": True}, 5: {"level": "red"}}  # page 5 shows when the answer has come
+    pages = [{**row, **old.get(row["page"], {})} for row in canned.answer("/api/pages")["pages"]]
+    page.route("**/api/pages", lambda route: held.append(route))
     canned.send("pages", {})
-    page.wait_for_timeout(200)
-    assert asked.is_set()
+    until(page, lambda: held)
     canned.send("page", {"page": {**canned.row(4), "level": "amber", "note": "told"}})
     page.wait_for_selector("#strip-4[data-level=amber]")
-    release.set()
-    page.wait_for_timeout(300)
+    held[0].fulfill(json={"pages": pages})
+    page.wait_for_selector("#strip-5[data-level=red]")
     assert page.locator("#strip-4").get_attribute("data-level") == "amber"
 
 
@@ -371,10 +356,9 @@ def test_a_state_that_comes_while_it_is_asked_for_is_not_undone_by_the_answer(sh
     old = json.loads(json.dumps(canned.state))
     page.route("**/api/state", lambda route: held.append(route))
     canned.send("reset", {})
-    page.wait_for_timeout(200)
-    assert held
+    until(page, lambda: held)
     canned.change(scanner={"busy": "capture", "laser": "on", "step": "scan", "done": 0.4})
     page.wait_for_selector("[data-laser=on]")
-    held[0].fulfill(json=old)
-    page.wait_for_timeout(300)
+    with page.expect_request("**/api/pages"):  # asked for when the answer has been read
+        held[0].fulfill(json=old)
     assert page.locator(".laser").inner_text() == "LASER ON"

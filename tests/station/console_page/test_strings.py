@@ -8,7 +8,7 @@ import re
 from station.archive.formats import Format
 from station.console.shown_pages.units import UNITS
 from station.console.vendored import PAGE
-from station.verdict.judge import CHECKS
+from station.verdict.checks import CHECKS
 
 TABLE = json.loads((PAGE / "strings.json").read_text("utf-8"))
 SOURCES = {path.name: path.read_text("utf-8") for path in (PAGE / "js").rglob("*.js")}

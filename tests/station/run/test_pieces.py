@@ -19,7 +19,7 @@ from station.cli import main
 from station.run.pieces import select_sheets
 from station.session.presets import load_preset
 from station.session.stages import run_restore
-from station.verdict.judge import judge
+from station.verdict.checks import check_measures
 from station.verdict.measures import left_out_fraction
 
 LEFT_MM, RIGHT_MM = (105.0, 140.0), (90.0, 130.0)
@@ -104,7 +104,7 @@ def test_a_page_is_red_when_a_sheet_as_large_is_left_out(hidden_gutter, tmp_path
     report = restored(hidden_gutter, tmp_path / "out", "--sheets", "largest")["book"]
     measures = {"left_out_fraction": left_out_fraction(report), "fingerprint": ""}
     assert measures["left_out_fraction"] == pytest.approx(1.0, abs=0.05)
-    assert judge(measures, load_preset("book").thresholds, {})[0] == "red"
+    assert check_measures(measures, load_preset("book").thresholds, {})[0] == "red"
 
 
 def test_together_they_are_one_picture_with_a_warning(two_sheets, tmp_path):

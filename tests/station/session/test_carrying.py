@@ -9,7 +9,7 @@ import pytest
 from drivers.simulated.scene.artwork import Text
 from station.session import add_scan, correct, open_session, record_run, undo
 from station.session.carrying import carried, carry, register_pages, without_points
-from station.session.judging import record_verdict
+from station.session.checking import record_verdict
 from station.session.parts import RESTORE
 from station.verdict.same_page import fingerprint
 

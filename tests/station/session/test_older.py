@@ -9,9 +9,9 @@ import pytest
 from restore import load_scan
 from station.archive.from_session import volume_of
 from station.session import decide, open_session, read_session, scan_path
+from station.session.checking import record_verdict
 from station.session.current_preset import preset_of
 from station.session.events import FORMAT, RECORD, EventDamaged, decode
-from station.session.judging import record_verdict
 from station.session.older import FACTS, OLDER_FORMAT, current_facts
 from station.session.overview import overview
 from station.session.parts import RESTORE

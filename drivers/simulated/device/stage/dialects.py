@@ -144,7 +144,10 @@ MACHINES = {
     "MMC-2(15kg)": (MMC, 180_000),
     "MMC-2": (MMC, 72_000),
 }
-"""Model → its dialect, and pulses to a turn; negative where counting up turns the stage clockwise, seen from above."""
+"""Model → its dialect, and pulses to a turn.
+
+Negative where counting up turns the stage clockwise, seen from above.
+"""
 
 
 def machine(model: str, *, relative: bool = False) -> Machine:

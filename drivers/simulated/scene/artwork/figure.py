@@ -82,9 +82,9 @@ def landscape(height: int, width: int) -> Bytes:
     return np.clip(picture, 0, 255).astype(np.uint8)
 
 
-def _mix(under: Floats, over: Floats, share: Floats) -> Floats:
-    share = np.clip(share, 0, 1)[..., None]
-    return np.asarray(under * (1 - share) + over * share)
+def _mix(under: Floats, over: Floats, fraction: Floats) -> Floats:
+    fraction = np.clip(fraction, 0, 1)[..., None]
+    return np.asarray(under * (1 - fraction) + over * fraction)
 
 
 def _pixels(size: Floats, left: float, top: float, width: float, height: float) -> tuple[int, int, int, int]:

@@ -29,8 +29,8 @@ def ruled_mesh(
     inner = np.arange(np.ceil(ends.min() / step), np.floor(ends.max() / step) + 1) * step
     border = cut(np.unique(np.concatenate([inner, ends])))
     cells = int(np.ceil(np.hypot(*page_mm) / CELL_MM))
-    share = np.linspace(0, 1, cells + 1)[:, None]
-    points = (border[:, :1] * (1 - share) + border[:, 1:] * share).reshape(-1, 2)
+    fraction = np.linspace(0, 1, cells + 1)[:, None]
+    points = (border[:, :1] * (1 - fraction) + border[:, 1:] * fraction).reshape(-1, 2)
     index = np.arange(len(points)).reshape(len(border), cells + 1)
     low_left, low_right, high_left, high_right = (
         i.ravel() for i in (index[:-1, :-1], index[1:, :-1], index[:-1, 1:], index[1:, 1:])

@@ -90,7 +90,7 @@ def questions(report: Mapping[str, Any]) -> list[Check]:
     return [Check(name, "amber", 1.0, ASKED, text, hint) for name, hint, text in names]
 
 
-def judge(
+def check_measures(
     measures: Mapping[str, Any], thresholds: Thresholds, others: Mapping[int, str] | Mapping[str, str]
 ) -> tuple[Level, tuple[Check, ...]]:
     """Return the level of a page and the checks, the worst first.

@@ -7,7 +7,7 @@ import pytest
 
 from oracles.tiny_scan import tiny_scan
 from station.session import Volume, Writer, add_scan, create_session, open_session, record_run
-from station.session.judging import lacks_verdict, note_lines, record_verdict, verdict_lines
+from station.session.checking import lacks_verdict, note_lines, record_verdict, verdict_lines
 from station.session.parts import RESTORE
 from station.session.presets import Preset
 from station.session.stages import run_verdict

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from station.verdict.judge import CHECKS, LEVELS, as_result, judge, level_of, worst
+from station.verdict.checks import CHECKS, LEVELS, as_result, check_measures, level_of, worst
 from station.verdict.same_page import fingerprint
 from station.verdict.thresholds import Thresholds
 
@@ -42,7 +42,7 @@ def test_the_worst_finding_decides_and_comes_first():
         "measured_fraction": 0.0,
         "fingerprint": picture(1),
     }
-    level, findings = judge(measures, limits, {4: picture(2), 7: picture(1)})
+    level, findings = check_measures(measures, limits, {4: picture(2), 7: picture(1)})
     assert (level, [(one.name, one.level) for one in findings]) == (
         "red",
         [("smooth_strain_rms", "red"), ("similarity", "red"), ("blur_px", "amber")],
@@ -53,4 +53,4 @@ def test_the_worst_finding_decides_and_comes_first():
 
 def test_nothing_to_judge_is_green():
     assert worst([]) == "green"
-    assert judge({"fingerprint": picture(1)}, Thresholds(), {})[0] == "green"
+    assert check_measures({"fingerprint": picture(1)}, Thresholds(), {})[0] == "green"
