@@ -20,7 +20,7 @@ import drivers
 from bench.kill.events import in_child
 from restore import RangeScan, load_scan, save_scan
 from station.cli import main as planish
-from station.export import outputs
+from station.page_files import outputs
 from station.run import one_page
 from station.run.small_page import small_page
 from station.words.words import ProgramMissing, find_tesseract

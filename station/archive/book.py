@@ -16,9 +16,9 @@ import numpy as np
 
 from station.archive.page_labels import label_ranges
 from station.archive.volume import Section
-from station.export.pdf import POINTS_PER_INCH, declare, draw_picture, picture_stream, tag_pages
 from station.images.icc import srgb_profile
 from station.images.pages import read_page
+from station.page_files.pdf import POINTS_PER_INCH, declare, draw_picture, picture_stream, tag_pages
 from station.session.about import RTL, About
 from station.storage.disk import add_path_to_errors
 

@@ -14,8 +14,8 @@ from PIL import Image
 
 from restore import RangeScan, SurfaceMesh
 from restore.scan import Bytes, Floats, Ints, Mask
-from station.export.mesh import encode_material, encode_warped, unit_square
 from station.images.png import encode_png
+from station.page_files.mesh import encode_material, encode_warped, unit_square
 
 METRES = 0.001  # to the millimetre; glTF 2.0, 3.1: "the units for all linear distances are meters"
 

@@ -18,8 +18,8 @@ from restore.scan import Bytes
 from station.colour.chart import find_chart
 from station.colour.figures import UNMEASURED, mean_differences, quality_figures
 from station.colour.fit import ColourFit, fit_colours
-from station.export.report import encode_report
 from station.images.icc import encode_profile
+from station.page_files.report import encode_report
 from station.run.overwrite_check import MAX_REPORT_BYTES
 from station.storage.atomic import lock_output_folder, refuse_existing, write_all
 

@@ -140,7 +140,7 @@ class Kinds:
     def wanted(self) -> frozenset[str]:
         """Return the kinds of outputs that were requested.
 
-        Of `station.export.outputs.OUTPUTS`, by --outputs or by a flag of each.
+        Of `station.page_files.outputs.OUTPUTS`, by --outputs or by a flag of each.
         """
         return frozenset(output_names(self.outputs)) | {name for name in FLAGS if getattr(self, name)}
 

@@ -153,7 +153,7 @@ def photos(
 
 def print_report(outcome: Outcome, run: Run) -> None:
     """Print the report of a run, as JSON or as a summary."""
-    from station.export.report import encode_report, left_out, summary
+    from station.page_files.report import encode_report, left_out, summary
 
     with report_faults(debug=run.debug):
         if run.as_json:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from restore import Finding, RestoredPage
-from station.export import outputs
+from station.page_files import outputs
 from station.run.options import RunOptions
 
 Clock = Callable[[], float]

@@ -9,8 +9,8 @@ from typing import Any
 
 from restore import BadInput, Finding
 from restore.formats import read_bytes
-from station.export.pdf import encode_pdf
 from station.images.pages import find_pages, read_page
+from station.page_files.pdf import encode_pdf
 from station.progress import Progress, silent
 from station.run.overwrite_check import refuse_originals
 from station.storage.atomic import lock_output_folder, refuse_existing, write_all

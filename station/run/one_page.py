@@ -35,9 +35,9 @@ from restore.formats import referenced_files, scan_stem
 from station.choices import Layout, Rotation
 from station.config import StationConfig
 from station.errors import UsageError
-from station.export import outputs
-from station.export.report import finite
 from station.images.conversion import convert_to_srgb
+from station.page_files import outputs
+from station.page_files.report import finite
 from station.pictures.frames import Recorder
 from station.progress import Progress, silent
 from station.run.destination import Clock, Destination, Outcome, SourceRecord

@@ -15,7 +15,7 @@ from typing import Any
 
 from restore.files import read_regular
 from station.errors import OverwriteError
-from station.export import outputs
+from station.page_files import outputs
 from station.storage.atomic import refuse_existing
 
 MAX_REPORT_BYTES = 2**24  # a page or two; more with many photographs

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from restore import BadInput
-from station.export.report import finite
+from station.page_files.report import finite
 from station.session.checking import fingerprints_of
 from station.session.events import FORMAT, Event
 from station.session.parts import RESTORE, VERDICT

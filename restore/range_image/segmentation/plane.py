@@ -73,6 +73,22 @@ def fit_table_plane(scan: RangeScan, inverse_depth: Floats, band: Mask, apart: i
     return TablePlane(nearer - terms @ surface.factors, tolerance, side), own
 
 
+def refitted(plane: TablePlane, samples: Mask) -> TablePlane:
+    """Fit a surface bowed a little to the samples (rows, cols) of a table.
+
+    Returns the plane itself where they do not determine another, or are bowed too much for a table.
+    """
+    row, col = (part[::EVERYWHERE] for part in np.nonzero(samples))
+    rows, cols = plane.height.shape
+    x, y = np.linspace(-1.0, 1.0, cols), np.linspace(-1.0, 1.0, rows)
+    terms = terms_of(x[col], y[row])
+    factors, _, rank, _ = np.linalg.lstsq(terms, plane.height[row, col], rcond=None)
+    change = terms_of(*np.meshgrid(x, y)) @ factors
+    if rank < terms.shape[1] or np.ptp(change) > MAX_BOW * plane.pitch * max(rows, cols):
+        return plane
+    return plane._replace(height=plane.height - change)
+
+
 def _pitch(x: Floats) -> float:
     """Return the median change from a column to the next.
 

@@ -18,8 +18,8 @@ from PIL import Image
 from restore import BadInput, CoverageClass, RangeScan, RestoreError, load_scan
 from restore.scan import Bytes
 from station.console.faults import ConsoleFault
-from station.export.page_model import decode_model
 from station.images.coverage import COLOURS
+from station.page_files.page_model import decode_model
 from station.session import Event, Session, scan_path
 from station.session.parts import PAGE, STEM
 from station.session.photographs import first_picture, is_set

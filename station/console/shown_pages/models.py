@@ -13,8 +13,8 @@ from restore.scan import Floats
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.layers import read_model, scan_of
 from station.console.shown_pages.strain import end_of_scale
-from station.export.mesh import unit_square
-from station.export.model import centred, encode_arrays
+from station.page_files.mesh import unit_square
+from station.page_files.model import centred, encode_arrays
 from station.session import Event, Session
 
 KINDS = ("scan", "mesh", "steps")

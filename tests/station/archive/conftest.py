@@ -12,9 +12,9 @@ import pytest
 from drivers.simulated.scene.artwork import Text
 from restore import save_scan
 from station.archive.volume import Event, Page, Role, StoredFile, Volume
-from station.export.pdf import encode_pdf
 from station.images.image_metadata import ImageMetadata
 from station.images.png import encode_png
+from station.page_files.pdf import encode_pdf
 from station.session.store import file_digest
 from station.words.words import recognise
 from tests.station.conftest import curl_scan

@@ -16,8 +16,8 @@ from PIL import Image
 
 from station.archive.formats import Format
 from station.console import work
-from station.export.model import encode_arrays
 from station.images.tiff import encode_uncertainty
+from station.page_files.model import encode_arrays
 from station.session import (
     Event,
     Volume,

@@ -97,7 +97,7 @@ def test_what_is_no_profile_is_refused_before_any_work(library, scan_file, tmp_p
 
 
 def test_the_pdf_shows_its_picture_in_the_colours_of_its_profile(page):
-    from station.export.pdf import encode_pdf
+    from station.page_files.pdf import encode_pdf
     from station.words.words import Words
 
     layer = io.BytesIO()

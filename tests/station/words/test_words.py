@@ -21,10 +21,10 @@ from drivers.simulated.scene.artwork import Text
 from restore.errors import BadInput
 from station.cli import main
 from station.errors import StationError, UsageError
-from station.export.pdf import encode_pdf
 from station.images.pages import find_pages, read_page
 from station.images.png import encode_png
 from station.images.tiff import encode_tiff
+from station.page_files.pdf import encode_pdf
 from station.run.ocr import ENDINGS
 from station.words import words as words_module
 from station.words.ocr_precision import count_matching_characters, count_matching_words
@@ -328,7 +328,7 @@ def test_a_damaged_page_is_bad_input(result, damage, capsys):
 
 
 def test_what_is_read_is_written_by_one_table():
-    from station.export.outputs import OUTPUTS
+    from station.page_files.outputs import OUTPUTS
 
     assert tuple(output.suffix for output in OUTPUTS if output.kind == "ocr") == ENDINGS
     assert words_module.PACKAGE == "tesseract-ocr"

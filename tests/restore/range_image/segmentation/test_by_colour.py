@@ -54,6 +54,24 @@ def test_cloth_in_wrinkles_is_a_table(camera, page, rms_mm):
     assert not coloured.samples[ink].any()
 
 
+def test_a_table_that_is_bowed_by_more_than_its_border_shows_is_found_whole(camera, page):
+    """By twice the tolerance; ink of its colour on a page is not of it."""
+    across = np.linspace(-1.0, 1.0, camera.shape[1])
+    bowed = np.broadcast_to(2.0 * TOLERANCE * (1.0 - across**2), camera.shape)
+    noise = np.random.default_rng(4).normal(0.0, TOLERANCE / 4.0, camera.shape)
+    ink = page.copy()
+    ink[:60] = False
+    coloured = found(camera, page & ~ink, PAPER, DARK, np.where(page, 5.0, bowed) + noise)
+    assert coloured.samples[~page].mean() > 0.98
+    assert not coloured.samples[ink].any()
+
+
+def test_the_plane_of_an_even_table_is_left_as_it_is(camera, page):
+    noise = np.random.default_rng(4).normal(0.0, TOLERANCE / 4.0, camera.shape)
+    height = np.where(page, 5.0, 0.0) + noise
+    assert np.array_equal(found(camera, page, PAPER, DARK, height).plane.height, height)
+
+
 def test_paper_of_the_tables_colour_is_not_told(camera, page):
     assert found(camera, page, PAPER, PAPER) is None
 

@@ -19,8 +19,8 @@ from restore import RangeScan
 from station.console.shown_pages.layers import FILES, ON_CAPTURE
 from station.console.shown_pages.tiles import OVERLAP, TILE
 from station.console.shown_pages.uncertainty import OPACITY
-from station.export.model import decode_arrays
 from station.images.tiff import encode_uncertainty
+from station.page_files.model import decode_arrays
 from station.session import Volume, add_scan, create_session, open_session, record_run, scan_path
 from station.session.parts import RESTORE
 from station.session.stages import run_restore

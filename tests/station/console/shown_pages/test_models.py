@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.models import Ruler, grid_faces
 from station.console.shown_pages.tiles import Pyramids, build_pyramid
-from station.export.model import decode_arrays, encode_arrays
+from station.page_files.model import decode_arrays, encode_arrays
 from tests.station.conftest import HEIGHT_MM, RADIUS_MM, WIDTH_MM, curl_mesh, curl_scan
 
 # Chords of the stand-in's 23 facets instead of the arc: (s / r)² / 24 of each facet of 5.2 mm on 60 mm, and the map's

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from station.export.model import decode_arrays
+from station.page_files.model import decode_arrays
 
 MAX_MM = 1e5  # from the middle of the sheet: a hundred metres of scroll
 MAX_UV = 1e3  # widths and heights of the picture

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from restore import RangeScan, RestoredPage, SurfaceMesh
-from station.export.mesh import encode_flat, encode_material, encode_strain, encode_warped
-from station.export.model import encode_model
-from station.export.pdf import encode_pdf
-from station.export.report import encode_report
 from station.images.coverage import encode_coverage
 from station.images.image_metadata import ImageMetadata
 from station.images.png import encode_png
 from station.images.tiff import encode_map, encode_tiff, encode_uncertainty
+from station.page_files.mesh import encode_flat, encode_material, encode_strain, encode_warped
+from station.page_files.model import encode_model
+from station.page_files.pdf import encode_pdf
+from station.page_files.report import encode_report
 from station.pictures.frames import Frame, frames_sheet
 from station.pictures.review import review
 from station.pictures.strain import strain_picture

@@ -11,8 +11,8 @@ import pytest
 from pikepdf import Array, Dictionary, Name
 
 from drivers.simulated.scene.artwork import Text
-from station.export.pdf import encode_pdf
 from station.images.icc import srgb_profile
+from station.page_files.pdf import encode_pdf
 from station.words.words import recognise
 from tests.station.pdfa import violations
 

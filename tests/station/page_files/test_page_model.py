@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from station.export.model import encode_arrays
-from station.export.page_model import decode_model
+from station.page_files.model import encode_arrays
+from station.page_files.page_model import decode_model
 
 N, P = 4, 3
 

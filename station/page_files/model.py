@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from restore import FlatMesh, RestoredPage
 from restore.drawing import average_at_vertices, face_strain
 from restore.scan import Floats
-from station.export.mesh import unit_square
+from station.page_files.mesh import unit_square
 from station.pictures.frames import Frame
 
 MAGIC = b"PLM1"

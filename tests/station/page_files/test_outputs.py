@@ -13,12 +13,12 @@ import tifffile
 from PIL import Image
 
 from restore import Finding, SurfaceMesh
-from station.export import outputs
-from station.export.mesh import encode_flat, encode_warped
-from station.export.report import INTEGRITY, encode_report, finite, summary
 from station.images.coverage import encode_coverage
 from station.images.png import encode_png
 from station.images.tiff import encode_map, encode_tiff, encode_uncertainty
+from station.page_files import outputs
+from station.page_files.mesh import encode_flat, encode_warped
+from station.page_files.report import INTEGRITY, encode_report, finite, summary
 
 HALF_PIXEL_PER_METRE = 0.5 * 0.0254  # pHYs counts whole pixels a metre
 OBJ_DIGITS_MM = 0.5e-6

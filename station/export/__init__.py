@@ -1,1 +1,0 @@
-"""The output files of a run."""

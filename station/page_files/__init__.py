@@ -1,0 +1,1 @@
+"""The files of one page, as a run writes them."""
