@@ -68,7 +68,7 @@ class FlatMesh(SurfaceMesh):
         return cls(**surface, flat=flat, lengths=lengths, iterations=iterations, **convergence)
 
 
-IMAGES = ("image", "mask", "page_map", "master", "coverage", "page_source", "uncertainty")
+IMAGES = ("image", "mask", "page_map", "master", "coverage", "page_source", "uncertainty", "uncropped")
 """The fields of a `RestoredPage` that are arrays (h, w, …) over its pixels."""
 
 
@@ -91,6 +91,7 @@ class RestoredPage:
                  photograph, 255 outside the page. None without photographs.
     uncertainty  (h, w) float32 mm, the standard deviation of each pixel's place along either axis of the page, NaN
                  outside the page. None where it was not asked for, or cannot be estimated.
+    uncropped (h', w', 3) uint8 RGB, the master before it was cropped by hand. None where it was not.
     findings  what is to be reported of the page; `report["findings"]` has the same as JSON values.
 
     >>> corners = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])
@@ -111,6 +112,7 @@ class RestoredPage:
     page_source: NDArray[np.uint8] | None = None
     findings: tuple[Finding, ...] = ()
     uncertainty: NDArray[np.float32] | None = None
+    uncropped: Bytes | None = None
 
     def changed_images(self, change: Callable[[str, NDArray[Any]], NDArray[Any]]) -> dict[str, Any]:
         """Return the fields of `IMAGES` after change(name, array (h, w, …)).

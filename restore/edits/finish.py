@@ -23,7 +23,14 @@ from restore.texture.coverage import CoverageClass
 from restore.texture.page import MM_PER_INCH, PAPER
 
 SIZE_MM = 2.0  # by which a page may differ from the size that was given: leaves of a book differ by less
-EMPTY = {"image": PAPER, "master": PAPER, "coverage": CoverageClass.OUTSIDE, "mask": False, "page_source": 255}
+EMPTY = {
+    "image": PAPER,
+    "master": PAPER,
+    "uncropped": PAPER,
+    "coverage": CoverageClass.OUTSIDE,
+    "mask": False,
+    "page_source": 255,
+}
 
 
 def finish_page(page: RestoredPage, part: PartEdits) -> RestoredPage:
@@ -74,7 +81,7 @@ def size_findings(size_mm: Sequence[float], part: PartEdits) -> tuple[Finding, .
 def crop_page(page: RestoredPage, crop: Crop) -> RestoredPage:
     """Return the page with a margin, or the box that a crop names.
 
-    Nothing is sampled again.
+    Nothing is sampled again, and `uncropped` keeps the master.
     """
     if crop.mode == "paper" or (crop.mode == "margin" and crop.margin_mm == 0):
         return page
@@ -88,7 +95,9 @@ def crop_page(page: RestoredPage, crop: Crop) -> RestoredPage:
     edges = np.rint(box).astype(np.int64)
     if (edges[2:] <= np.maximum(edges[:2], 0)).any() or edges[0] >= width or edges[1] >= height:
         raise NotEnoughSurface("the crop leaves nothing of the page", "draw a box that lies on the page")
+    whole = page.master if page.uncropped is None else page.uncropped
     cropped = page.changed_images(lambda name, values: _cropped(values, edges, EMPTY.get(name, np.nan)))
+    cropped["uncropped"] = whole
     size = [float(edges[2] - edges[0]) / per_mm, float(edges[3] - edges[1]) / per_mm]
     return replace(page, report={**page.report, "page_mm": size}, **cropped)
 

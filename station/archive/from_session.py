@@ -36,9 +36,11 @@ KINDS = {
     RULES: "modification",
 }
 DERIVED, CHECKED = "creation", "metadata extraction"  # other stages, with files and without
+UNCROPPED = "-uncropped.png"  # the master of a page that was cropped by hand
 ROLES = {
     ".png": Role.PAGE,
     "-master.png": Role.MASTER,
+    UNCROPPED: Role.MASTER,
     "-alto.xml": Role.WORDS,
     ".txt": Role.TEXT,
     ".hocr": Role.HOCR,
@@ -172,8 +174,9 @@ def _files(session: Session, event: SessionEvent, part: str) -> Iterator[StoredF
         if several and of not in (part, PAGE):
             continue
         where = session.path(event, path)
-        whole = several and of == PAGE != part  # the whole, kept next to its leaves
-        role = Role.ORIGINAL if event.kind == "capture" else Role.OTHER if whole else ROLES.get(ending, Role.OTHER)
+        other = several and of == PAGE != part  # the whole, kept next to its leaves
+        other |= ending == "-master.png" and path.removesuffix(ending) + UNCROPPED in event.files
+        role = Role.ORIGINAL if event.kind == "capture" else Role.OTHER if other else ROLES.get(ending, Role.OTHER)
         yield StoredFile(where, name, role, digest, where.stat().st_size, _identifier(event))
 
 

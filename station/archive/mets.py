@@ -11,12 +11,14 @@ from urllib.parse import quote
 from xml.etree.ElementTree import Element
 
 from station.archive.mix import ImageFacts, encode_mix
+from station.archive.mods import encode_mods
 from station.archive.premis import encode_agents, encode_event, encode_object
 from station.archive.volume import Event, Page, Role, StoredFile, Volume
 from station.archive.xml import DC, METS, XLINK, XSI, element, encode, optional
 from station.images.image_metadata import software
 
 SCHEMA = "http://www.loc.gov/METS/ http://www.loc.gov/standards/mets/mets.xsd"
+CATALOGUE = "catalogue"
 DESCRIPTION = "description"  # identifiers of XML (NCName): words, numbers and dots
 
 
@@ -32,6 +34,7 @@ def encode_mets(volume: Volume, images: Mapping[str, ImageFacts], *, now: dateti
         f"{METS}mets",
         _header(volume, now),
         _description(volume),
+        _catalogue(volume),
         element(f"{METS}amdSec", _technical(volume, images, ids), _events(volume), ID="administration"),
         element(f"{METS}fileSec", _groups(volume, images, ids)),
         _structure(volume, images, ids),
@@ -81,6 +84,19 @@ def _description(volume: Volume) -> Element:
         element(f"{DC}date", about.date or volume.created.date().isoformat()),
     )
     return element(f"{METS}dmdSec", element(f"{METS}mdWrap", data, MDTYPE="DC"), ID=DESCRIPTION)
+
+
+def _catalogue(volume: Volume) -> Element | None:
+    """What is known of the volume in MODS; None without a description."""
+    if not volume.about.given():
+        return None
+    data = element(f"{METS}xmlData", encode_mods(volume.about))
+    return element(f"{METS}dmdSec", element(f"{METS}mdWrap", data, MDTYPE="MODS"), ID=CATALOGUE)
+
+
+def _described(volume: Volume) -> str:
+    """Return the identifiers of the descriptions of the volume."""
+    return f"{DESCRIPTION} {CATALOGUE}" if volume.about.given() else DESCRIPTION
 
 
 def _technical(volume: Volume, images: Mapping[str, ImageFacts], ids: Mapping[str, str]) -> Iterator[Element]:
@@ -135,7 +151,7 @@ def _file(file: StoredFile, identifier: str, events: Mapping[str, str], *, image
 def _structure(volume: Volume, images: Mapping[str, ImageFacts], ids: Mapping[str, str]) -> Element:
     pages = (_page(page, images, ids) for page in volume.pages)
     sequence = element(
-        f"{METS}div", pages, TYPE="physSequence", LABEL=volume.title, DMDID=DESCRIPTION, ID=_div_id("sequence")
+        f"{METS}div", pages, TYPE="physSequence", LABEL=volume.title, DMDID=_described(volume), ID=_div_id("sequence")
     )
     return element(f"{METS}structMap", sequence, TYPE="PHYSICAL")
 
@@ -191,7 +207,9 @@ def _sections(volume: Volume) -> Element | None:
         )
         for number, section in enumerate(volume.sections, 1)
     )
-    whole = element(f"{METS}div", kinds, TYPE="volume", LABEL=volume.title, DMDID=DESCRIPTION, ID=_div_id("volume"))
+    whole = element(
+        f"{METS}div", kinds, TYPE="volume", LABEL=volume.title, DMDID=_described(volume), ID=_div_id("volume")
+    )
     return element(f"{METS}structMap", whole, TYPE="LOGICAL")
 
 

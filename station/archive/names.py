@@ -13,6 +13,7 @@ from station.errors import UsageError
 PATTERNS: Mapping[str, str] = {"number": "{order:04}", "label": "{label}"}
 FIELDS = ("order", "capture", "label", "part", "side", "kind")
 CLEANED = re.compile(r"[^A-Za-z0-9._-]+")
+WIDTH = re.compile(r"\d{0,2}")  # of a field; a larger one would fill the memory
 HINT = "use number, label or fields as {order:04}_{label}: " + ", ".join(FIELDS)
 
 
@@ -36,9 +37,11 @@ def _name(page: Page, pattern: str) -> str:
     values: dict[str, Any] = {"order": page.number, "capture": page.capture or page.number}
     values |= {name: getattr(page, name) for name in FIELDS if name not in values}
     try:
-        fields = [name for _, name, _, _ in string.Formatter().parse(pattern) if name is not None]
+        fields = {name: width for _, name, width, _ in string.Formatter().parse(pattern) if name is not None}
         if not fields or not set(fields) <= set(FIELDS):
             raise UsageError(f"--names: {pattern!r} does not name a page", HINT)
+        if not all(WIDTH.fullmatch(width or "") for width in fields.values()):
+            raise ValueError("a width has one or two digits")
         name = CLEANED.sub("-", pattern.format(**values)).strip("-.")
     except (ValueError, LookupError, AttributeError) as error:
         raise UsageError(f"--names: {pattern!r} cannot be read: {error}", HINT) from error

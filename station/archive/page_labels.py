@@ -47,6 +47,8 @@ def label_ranges(labels: Sequence[str]) -> list[LabelRange]:
     while at < len(labels):
         found = [(_length(one, labels), one) for one in _readings(at, labels[at])]
         length, best = max(found, key=lambda pair: pair[0])
+        if length == 1 and best.prefix:  # `1r` is not the page r of a run 1
+            best = LabelRange(at, "", labels[at])
         ranges.append(best)
         at += length
     return ranges

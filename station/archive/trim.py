@@ -17,9 +17,10 @@ MAJORITY = 0.5  # of the paper in a column: a strip along the spine is straight 
 def own_box_of(page: Page, picture: StoredFile) -> Box | None:
     """Return the box of a leaf without the strip of the facing page, pixels of its picture.
 
-    None for a page without such a strip, and for one that has no coverage map. Raises BadInput for a damaged one.
+    None for a page without such a strip, one that has no coverage map, and a master that was not cropped with it.
+    Raises BadInput for a damaged map.
     """
-    stem = picture.path.name.removesuffix("-master.png").removesuffix(".png")
+    stem = picture.path.name.removesuffix("-master.png").removesuffix(".png")  # none of an uncropped master
     file = next((one for one in page.files if one.path.name == f"{stem}-coverage.png"), None)
     if file is None or page.part == "page":
         return None
@@ -28,12 +29,8 @@ def own_box_of(page: Page, picture: StoredFile) -> Box | None:
             coverage = np.asarray(image)
     except (OSError, SyntaxError) as error:
         raise BadInput(f"{file.path} is not an image: {error}", "see planish verify") from error
-    left, top, right, bottom = own_box(coverage)
-    return (
-        None
-        if (left, top, right, bottom) == (0, 0, coverage.shape[1], coverage.shape[0])
-        else (left, top, right, bottom)
-    )
+    box = own_box(coverage)
+    return None if box == (0, 0, *coverage.shape[::-1]) else box
 
 
 def own_box(coverage: Bytes) -> Box:

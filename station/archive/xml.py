@@ -11,9 +11,10 @@ METS = "{http://www.loc.gov/METS/}"
 PREMIS = "{info:lc/xmlns/premis-v2}"
 MIX = "{http://www.loc.gov/mix/v20}"
 DC = "{http://purl.org/dc/elements/1.1/}"
+MODS = "{http://www.loc.gov/mods/v3}"
 XLINK = "{http://www.w3.org/1999/xlink}"
 XSI = "{http://www.w3.org/2001/XMLSchema-instance}"
-PREFIXES = {"mets": METS, "premis": PREMIS, "mix": MIX, "dc": DC, "xlink": XLINK, "xsi": XSI}
+PREFIXES = {"mets": METS, "premis": PREMIS, "mix": MIX, "dc": DC, "mods": MODS, "xlink": XLINK, "xsi": XSI}
 FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # XML 1.0, production 2
 
 Content = Element | str | int | float | None

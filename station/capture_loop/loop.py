@@ -9,6 +9,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import SimpleQueue
+from threading import Thread
 from typing import Any
 
 from drivers import ScannerError
@@ -30,7 +31,7 @@ from station.session import (
     scan_path,
     undo,
 )
-from station.session.carrying import carry
+from station.session.carrying import carried_edits, has_points, uncarried
 from station.session.checking import lacks_verdict, note_lines, record_verdict, verdict_lines
 from station.session.correcting import show_fitting
 from station.session.corrections import inputs_of, needs_restoration, parameters_of, rules_of
@@ -43,6 +44,14 @@ from station.workers.process import MAX_ATTEMPTS
 Show = Callable[[str], None]
 Task = Callable[[], None]
 ERASE = "\b\x7f"  # what terminals send for backspace
+
+
+@dataclass(frozen=True)
+class Carried:
+    """The corrections of an earlier scan as they fit a later one, when they are found."""
+
+    capture: Event
+    future: Future[Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -93,12 +102,13 @@ class CaptureLoop:
     submit: Submit
     show: Show
     changed: Callable[[], None] = lambda: None
-    inbox: SimpleQueue[str | Done | Task] = field(default_factory=SimpleQueue)
+    inbox: SimpleQueue[str | Done | Carried | Task] = field(default_factory=SimpleQueue)
     outputs: tuple[str, ...] = ()
     turn: Callable[[Place], None] = stay
 
     def __post_init__(self) -> None:
         self._waiting: dict[int, Future[Run]] = {}
+        self._carrying: set[int] = set()
         self._attempts: dict[int, int] = {}
         self._noted: set[str] = set()
         self._page: int | None = None
@@ -111,10 +121,12 @@ class CaptureLoop:
         Every restoration has then ended. Raises OSError when the disk refuses; the captures are stored by then.
         """
         self._take_up()
-        while not (self._leaving and not self._waiting):
+        while self.is_busy or not self._leaving:
             message = self.inbox.get()
             if isinstance(message, Done):
                 self.finish(message)
+            elif isinstance(message, Carried):
+                self.record_carried(message)
             elif self._leaving:
                 continue
             elif isinstance(message, str):
@@ -124,8 +136,8 @@ class CaptureLoop:
 
     @property
     def is_busy(self) -> bool:
-        """Whether a restoration is under way."""
-        return bool(self._waiting)
+        """Whether a restoration is under way, or corrections are carried over."""
+        return bool(self._waiting or self._carrying)
 
     @property
     def page(self) -> int | None:
@@ -135,7 +147,7 @@ class CaptureLoop:
     @property
     def restoring(self) -> list[int]:
         """The pages whose restoration is under way."""
-        return sorted({self.writer.history.event(number).page for number in list(self._waiting)})
+        return sorted({self.writer.history.event(number).page for number in [*self._waiting, *self._carrying]})
 
     def type(self, key: str) -> None:
         """One key of the operator: an action, or a character of a note."""
@@ -193,19 +205,59 @@ class CaptureLoop:
         except ScannerError as error:
             self.show(Line(f"not captured: {error}" + (f" ({error.hint})" if error.hint else ""), "not_shot"))
             return
-        earlier = None if page is None else self.writer.history.page(page).capture
         event = add_scan(
             self.writer, scan, page=page, facts={"by": "planish capture", "provenance": dict(scan.provenance)}
         )
         self._page = event.page
         self._told(event.page, "stored", "stored")
-        edits = None if earlier is None else carry(self.writer, earlier, event)
-        if edits is not None:
-            tool = edits.facts["value"]["by"]["tool"]
-            self._told(event.page, f"corrections {tool}", f"edits_{tool}")
         self._begin(event)
 
+    def _carry(self, capture: Event, earlier: Event, edits: Mapping[str, Any]) -> None:
+        """Carry corrections over to a scan: in a thread where their points have to be found on it."""
+
+        session, done = self.writer.session, Carried(capture, Future())
+        self._carrying.add(capture.number)
+
+        def work() -> None:
+            try:
+                done.future.set_result(carried_edits(session, earlier, capture, edits))
+            except Exception as error:  # raised again in the loop
+                done.future.set_exception(error)
+            self.inbox.put(done)
+
+        if has_points(edits):
+            Thread(target=work, name="carry", daemon=True).start()
+        else:
+            done.future.set_result(carried_edits(session, earlier, capture, edits))
+            self.record_carried(done)
+
+    def record_carried(self, done: Carried) -> None:
+        """Record corrections that were carried over, and restore the page with them.
+
+        They are dropped where the operator has corrected the page or gone back to another scan meanwhile.
+        Raises OSError.
+        """
+        capture, edits = done.capture, done.future.result()
+        self._carrying.discard(capture.number)
+        current = self.writer.history.page(capture.page).capture
+        if current == capture and uncarried(self.writer.history, capture) is not None:
+            correct(self.writer, capture.page, edits)
+            tool = edits["by"]["tool"]
+            self._told(capture.page, f"corrections {tool}", f"edits_{tool}")
+        if current == capture and capture.number not in self._waiting:
+            self._restore(capture)
+
     def _begin(self, capture: Event) -> None:
+        """Restore a scan, with the corrections of the one that it replaced."""
+        if capture.number in self._carrying:
+            return
+        found = uncarried(self.writer.history, capture)
+        if found is None:
+            self._restore(capture)
+        else:
+            self._carry(capture, *found)
+
+    def _restore(self, capture: Event) -> None:
         folder = self.writer.staging(f"restore-{capture.number}")
         shutil.rmtree(folder, ignore_errors=True)
         session, page = self.writer.session, self.writer.history.page(capture.page)

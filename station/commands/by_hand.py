@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from restore import PageEdits
 
 PARTS_OF = {"whole": ("page",), "left": ("left",), "right": ("right",), "split": ("left", "right")}
+POINTS = ("spine", "outline", "remove", "keep")
 ALL = ("page", "left", "right")  # where the layout is not known before the scan is read
 
 
@@ -25,7 +26,10 @@ class ByHand:
 
     spine: Annotated[
         str | None,
-        typer.Option(metavar="X,Y:X,Y…", help="Split at this line, from head to tail, in pixels of the source image."),
+        typer.Option(
+            metavar="X,Y:X,Y…",
+            help="Split here, head to tail: pixels of the source image, or mm of the last --map result: X,Y:X,Ymm.",
+        ),
     ] = None
     outline: Annotated[
         str | None, typer.Option(metavar="X,Y:X,Y:X,Y…", help="Edge of the paper, in pixels of the source image.")
@@ -60,10 +64,11 @@ class ByHand:
                     (f"--{item.name}", name, str(one)) for one in (value if isinstance(value, list) else [value])
                 )
 
-    def over(self, edits: PageEdits | None, layout: Layout) -> PageEdits | None:
+    def over(self, edits: PageEdits | None, layout: Layout, last_map: Path) -> PageEdits | None:
         """Return corrections of a file with the options in place of their fields.
 
-        layout: of the command. Raises UsageError that names the option.
+        layout: of the command. last_map: file of the map of the last result, for points in mm.
+        Raises UsageError that names the option, BadInput for mm without a map or off the paper.
         """
         from restore import BadInput
         from station.session.fields import changed
@@ -84,9 +89,29 @@ class ByHand:
         for option, name, value in given:
             if not value.strip():
                 raise UsageError(f"{option} is empty", f"give it a value, or leave {option} out")
+            value = _in_pixels(option, name, value, last_map)
             try:
                 table = changed(table, [f"{name}={value}"], parts)
             except BadInput as error:
                 reason = str(error).removeprefix(f"{name}: ").removeprefix("the corrections: ")
                 raise UsageError(f"{option}: {reason}", error.hint) from error
         return edits_of({**table, "by": {"tool": "cli"}})
+
+
+def _in_pixels(option: str, name: str, value: str, last_map: Path) -> str:
+    """Return points in mm of the last result as pixels; all else as it is.
+
+    Raises UsageError for a text that cannot be read, BadInput without a map, or off the paper.
+    """
+    if name not in POINTS or not value.rstrip().endswith("mm"):
+        return value
+    from restore import BadInput
+    from station.run.result_map import pixels_of
+    from station.session.fields import parse_points
+
+    try:
+        places = parse_points(name, value.rstrip().removesuffix("mm"))
+    except BadInput as error:
+        raise UsageError(f"{option}: {value!r} cannot be read", error.hint) from error
+    points = pixels_of(places, last_map)
+    return ":".join(f"{x:g},{y:g}" for x, y in points)

@@ -99,9 +99,10 @@ def restore(
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.run.destination import Destination
         from station.run.edits import check_saved, edits_of, save_edits
-        from station.run.one_page import restore_file
+        from station.run.one_page import restore_file, stem_of
 
-        edits = by_hand.over(None if reading.no_edits else edits_of(scan, reading.edits), reading.layout)
+        stored = None if reading.no_edits else edits_of(scan, reading.edits)
+        edits = by_hand.over(stored, reading.layout, output / f"{stem_of(scan)}-map.tif")
         if by_hand.save_edits is not None:
             check_saved(edits, by_hand.save_edits, force=run.force)
         read = {name: value for name, value in vars(reading).items() if name != "no_edits"} | {"edits": edits}

@@ -86,6 +86,11 @@ def _texture(done: Restoration) -> bytes:
     return encode_png(done.page.flat.texture)
 
 
+def _uncropped(done: Restoration) -> bytes:
+    assert done.page.uncropped is not None
+    return encode_png(done.page.uncropped, done.page.dpi, done.master_metadata)
+
+
 def _uncertainty(done: Restoration) -> bytes:
     assert done.page.uncertainty is not None
     return encode_uncertainty(done.page.uncertainty, done.page.dpi)
@@ -99,6 +104,7 @@ OUTPUTS = (
         lambda done: encode_png(done.page.master, done.page.dpi, done.master_metadata),
         needs_colour=True,
     ),
+    Output("uncropped", "-uncropped.png", _uncropped, needs_colour=True),
     Output("coverage", "-coverage.png", lambda done: encode_coverage(done.page.coverage, done.page.dpi)),
     Output("uncertainty", "-uncertainty.tif", _uncertainty),
     Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi, done.metadata)),
@@ -119,6 +125,7 @@ OUTPUTS = (
     Output("report", ".json", lambda done: encode_report(done.report).encode()),  # last: it marks a complete run
 )
 
+OPTIONAL = ("uncertainty", "uncropped")  # kinds that are fields of a page, None where it has no contents for them
 KINDS = frozenset(output.kind for output in OUTPUTS)
 
 
@@ -136,5 +143,5 @@ def _wanted(kinds: frozenset[str], page: RestoredPage | None) -> list[Output]:
     wanted = [out for out in OUTPUTS if out.kind in kinds | ALWAYS]
     if page is None:
         return wanted
-    colour, missing = page.flat.texture is not None, {"uncertainty"} if page.uncertainty is None else set()
+    colour, missing = page.flat.texture is not None, {kind for kind in OPTIONAL if getattr(page, kind) is None}
     return [out for out in wanted if out.kind not in missing and (colour or not out.needs_colour)]

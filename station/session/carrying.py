@@ -17,9 +17,10 @@ from restore import RangeScan, RestoredPage, RestoreError, Settings, SurfaceMesh
 from restore.scan import Bytes, Floats
 from station.session.correcting import correct
 from station.session.events import Event, slot_of
+from station.session.history import History
 from station.session.rules import CARRIED, DROPPED, EDITS
 from station.session.steps import scan_path
-from station.session.store import Writer
+from station.session.store import Session, Writer
 from station.verdict.same_page import fingerprint, similarity
 
 SAME_PAGE = 0.84  # similarity of fingerprints, the amber limit of the quality check
@@ -39,21 +40,48 @@ def carry(writer: Writer, earlier: Event, later: Event) -> Event | None:
     Returns the event.
     Points that do not fit are dropped, and `by` says so. None where there was nothing to carry. Raises OSError.
     """
-    event = writer.history.current(later.page, slot_of(EDITS, earlier))
-    edits = None if event is None else event.facts.get("value")
-    if not edits:
+    edits = _edits_of(writer.history, earlier)
+    return None if not edits else correct(writer, later.page, carried_edits(writer.session, earlier, later, edits))
+
+
+def uncarried(history: History, later: Event) -> tuple[Event, Mapping[str, Any]] | None:
+    """Return the scan that was replaced by a later one, with its corrections.
+
+    None where it has none, and where the later scan has or had corrections of its own.
+    """
+    slot = slot_of(EDITS, later)
+    if later.parent is None or any(event.slot == slot for event in history.events[later.number :]):
         return None
+    earlier = history.event(later.parent)
+    edits = _edits_of(history, earlier)
+    return (earlier, edits) if edits else None
+
+
+def carried_edits(session: Session, earlier: Event, later: Event, edits: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the corrections of a scan as they fit a later one; records nothing.
+
+    Takes seconds where they have points. Raises OSError.
+    """
     tool, table = CARRIED, {**edits}
     if has_points(edits):
-        move = motion_between(_scan_of(writer, earlier), _scan_of(writer, later))
+        try:
+            move = motion_between(_scan_of(session, earlier), _scan_of(session, later))
+        except RestoreError:
+            move = None
         tool, table = (DROPPED, without_points(edits)) if move is None else (CARRIED, carried(edits, move))
     table = {name: value for name, value in table.items() if name != "scan"}
-    table["by"] = {**edits.get("by", {}), "tool": tool}
-    return correct(writer, later.page, table)
+    return {**table, "by": {**edits.get("by", {}), "tool": tool}}
 
 
-def _scan_of(writer: Writer, capture: Event) -> Scan:
-    return load_scan(scan_path(writer.session, capture), unit=str(capture.facts.get("unit", "auto")))
+def _edits_of(history: History, capture: Event) -> Mapping[str, Any]:
+    """Return the corrections of a scan; empty without any."""
+    event = history.current(capture.page, slot_of(EDITS, capture))
+    value = None if event is None else event.facts.get("value")
+    return value if isinstance(value, Mapping) else {}
+
+
+def _scan_of(session: Session, capture: Event) -> Scan:
+    return load_scan(scan_path(session, capture), unit=str(capture.facts.get("unit", "auto")))
 
 
 def has_points(edits: Mapping[str, Any]) -> bool:

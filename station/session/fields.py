@@ -84,6 +84,14 @@ def changed(own: Table, words: Iterable[str], parts: Sequence[str]) -> dict[str,
     return table
 
 
+def parse_points(name: str, text: str) -> list[list[float]]:
+    """Return the points of a field as an operator writes them. Raises BadInput."""
+    try:
+        return _points(text)
+    except ValueError as error:
+        raise BadInput(f"{name}: {text!r} cannot be read", f"write {FIELDS[name].form}") from error
+
+
 def fields_of(table: Table) -> list[str]:
     """Return the names of the fields that corrections give, those of parts with the part."""
     top = [name for name in table if name not in ("parts", "format", "version", "frame", "by", "scan")]

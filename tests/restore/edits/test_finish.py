@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restore import NotEnoughSurface, PartEdits, Settings, SurfaceMesh, restore
+from restore import NotEnoughSurface, PartEdits, Settings, SurfaceMesh, restore, rotate_page
 from restore.edits.finish import crop_page, finish_page, size_before_rotation
 from restore.edits.model import Crop
 
@@ -24,6 +24,14 @@ def test_a_box_is_a_part_of_the_page(page):
     box = crop_page(page, Crop(mode="box", box=(INCH_MM, 0.0, 2 * INCH_MM, INCH_MM)))
     np.testing.assert_array_equal(box.image, page.image[:30, 30:60])
     assert box.report["page_mm"] == pytest.approx([INCH_MM, INCH_MM])
+
+
+def test_the_master_keeps_what_is_cropped(page):
+    box = crop_page(page, Crop(mode="box", box=(INCH_MM, 0.0, 2 * INCH_MM, INCH_MM)))
+    assert page.uncropped is None
+    assert box.uncropped is page.master
+    assert crop_page(box, Crop(mode="margin", margin_mm=1.0)).uncropped is page.master
+    assert rotate_page(box, 90).uncropped.shape == page.master.shape[1::-1] + (3,)
 
 
 def test_a_margin_is_white_and_off_the_page(page):

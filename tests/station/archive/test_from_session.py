@@ -137,3 +137,15 @@ def test_planish_verify_checks_an_export(folder, tmp_path, capsys) -> None:
     assert main(["verify", str(out)]) == 6
     assert "page 1: 0001.tif is not the file that was written" in capsys.readouterr().out
     assert main(["verify", str(folder)]) == 0  # a session is none
+
+
+def test_the_master_of_a_cropped_page_is_the_one_that_was_not_cropped(folder) -> None:
+    with open_session(folder) as writer:
+        capture = writer.history.page(2).capture
+        run = writer.staging("page-0002")
+        run.mkdir(parents=True)
+        for name in ("page.png", "page-master.png", "page-uncropped.png"):
+            (run / name).write_bytes(encode_png(picture(2), 150.0))
+        record_run(writer, "restore", capture, parameters={}, result={}, files=run)
+    roles = {file.path.name: file.role for file in volume_of(read_session(folder)).pages[1].files}
+    assert (roles["page-uncropped.png"], roles["page-master.png"]) == (Role.MASTER, Role.OTHER)

@@ -32,6 +32,7 @@ def test_names_are_cleaned():
         (("1",), "{label.__class__}", "does not name a page"),
         (("1",), "{label", "cannot be read"),
         (("1",), "{order:zz}", "cannot be read"),
+        (("1",), "{order:999999999}", "cannot be read"),
         (("…",), "label", "would have the name"),
         (("1" * 101,), "label", "would have the name"),
     ],

@@ -36,6 +36,6 @@ def test_a_run_is_one_range(style):
 
 def test_folios_and_letters_beyond_z_are_an_entry_a_page():
     labels = [Run(style="folio").label(place) for place in range(4)]
-    assert len(label_ranges(labels)) == 4
+    assert [(one.style, one.prefix) for one in label_ranges(labels)] == [("", label) for label in labels]
     letters = [Run(style="letters").label(place) for place in range(60)]
     assert shown(letters) == letters

@@ -7,14 +7,17 @@ from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
 
 from drivers import ScannerError
 from restore import RangeScan
+from station.capture_loop import loop as loop_module
 from station.capture_loop.loop import CaptureLoop
-from station.session import Page, Volume, create_session, open_session, read_session
+from station.session import Page, Volume, add_scan, correct, create_session, open_session, read_session
+from station.session.carrying import carried_edits
 from station.session.index import state_of
 from station.session.presets import load_preset
 from station.session.stages import Run
@@ -227,3 +230,49 @@ def test_a_scanner_that_fails_ends_no_shift(book, tiny_scan):
         "no scanner is configured: name its configuration with --config",
         "no page has been captured yet: space captures the first",
     ]
+
+
+SPINE = {"spine": [[3.0, 0.0], [3.0, 7.0]], "by": {"operator": "A. B.", "tool": "cli"}}
+
+
+def test_keys_work_while_corrections_are_carried_to_a_new_scan(book, tiny_scan, monkeypatch):
+    """The scan of twenty points shows no page, so that its spine is dropped, and the page says so."""
+    begun, free = Event(), Event()
+
+    def held(*arguments):
+        begun.set()
+        assert free.wait(60)
+        return carried_edits(*arguments)
+
+    monkeypatch.setattr(loop_module, "carried_edits", held)
+    with loop_of(book, tiny_scan, Restorer()) as (loop, lines):
+        loop.press("capture")
+        loop.finish(loop.inbox.get())
+        loop.correct(1, SPINE)
+        loop.finish(loop.inbox.get())
+        loop.press("again")
+        assert begun.wait(60)
+        loop.press("mark")
+        assert (loop.is_busy, loop.restoring) == (True, [1])
+        assert "edits" not in loop.writer.history.page(1).decisions
+        free.set()
+        loop.inbox.put("q")
+        loop.run()
+        assert "page 1 [1r]: corrections dropped" in lines
+    (page,) = pages(book)
+    assert page.decided("edits")["by"] == {"operator": "A. B.", "tool": "dropped"}
+    assert "restore" in page.runs
+    assert page.decided("mark") is True
+
+
+def test_a_shift_that_ended_before_corrections_were_carried_carries_them(book, tiny_scan):
+    with open_session(book) as writer:
+        add_scan(writer, tiny_scan, facts={})
+        correct(writer, 1, {"kind": "leaf"})
+        add_scan(writer, tiny_scan, page=1, facts={})
+    lines = work(book, tiny_scan, Restorer(), "")
+    assert "page 1 [1r]: corrections carried" in lines
+    assert pages(book)[0].decided("edits")["kind"] == "leaf"
+    lines = work(book, tiny_scan, Restorer(), "u")  # and what was undone is not carried again
+    assert not pages(book)[0].decided("edits")
+    assert "page 1 [1r]: corrections carried" not in work(book, tiny_scan, Restorer(), "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,9 +14,11 @@ from restore.mesh.triangulate import triangulate
 from station.choices import Layout
 from station.cli import main
 from station.commands.by_hand import ByHand
+from station.images.pages import read_page
 from station.run.edits import digest_of
 from tests.restore.layout.conftest import PAGE_MM, SPINE_MM, shot
 
+NO_MAP = Path("gone-map.tif")
 COARSE = ["--dpi", "50", "--points", "300"]
 ERROR_MM = 0.7  # two thirds of a sample of the fast mode
 
@@ -44,10 +47,11 @@ def reports(out):
 
 
 def test_a_spine_splits_where_it_was_drawn_and_an_outline_keeps_the_split(book, tmp_path):
-    spine = ":".join(px(SPINE_MM - 10, y) for y in (128, 2))
-    drawn = box(10.0, 10.0, 190.0, 120.0)
-    out = tmp_path / "out"
-    assert main(["restore", str(book), "-o", str(out), *COARSE, "--spine", spine, "--outline", drawn]) == 0
+    drawn, out = box(10.0, 10.0, 190.0, 120.0), tmp_path / "out"
+    command = ["restore", str(book), "-o", str(out), *COARSE]
+    assert main([*command, "--map"]) == 0
+    spine = f"{SPINE_MM - 10},2:{SPINE_MM - 10},128mm"  # of that result
+    assert main([*command, "--force", "--spine", spine, "--outline", drawn]) == 0
     found = reports(out)
     assert list(found) == ["book-left", "book-right"]
     widths = (SPINE_MM - 10 - 10, 190 - SPINE_MM + 10)
@@ -67,6 +71,8 @@ def test_saved_corrections_give_the_same_page_to_the_byte(tmp_path):
     pages = [reports(folder)["book"] for folder in (first, second)]
     assert pages[0]["coverage"]["erased"] == pages[1]["coverage"]["erased"] > 0.05
     assert (first / "book.png").read_bytes() == (second / "book.png").read_bytes()
+    cropped, whole = (read_page(first / f"book{ending}.png").image for ending in ("", "-uncropped"))
+    assert whole.shape[0] < cropped.shape[0]  # by the margin
     assert "size_differs" not in [one["code"] for one in pages[0]["findings"]]  # the box of a rotated page is larger
     assert main(["restore", str(scan), "-o", str(second), *COARSE, "--save-edits", str(saved)]) == 2  # it is there
 
@@ -81,12 +87,12 @@ def test_another_size_than_was_given_is_reported_and_scales_nothing(book, tmp_pa
 
 def test_options_win_over_the_file_field_by_field():
     stored = parse_edits(b'{"layout": "split", "parts": {"left": {"turn": 1, "rotate_deg": 2.0}}}', "file")
-    edits = ByHand(angle=0.5).over(stored, Layout.SINGLE)
+    edits = ByHand(angle=0.5).over(stored, Layout.SINGLE, NO_MAP)
     assert edits.given()["parts"] == {"left": {"turn": 1, "rotate_deg": 0.5}, "right": {"rotate_deg": 0.5}}
-    assert ByHand().over(stored, Layout.WHOLE) is stored
-    assert list(ByHand(angle=0.5).over(None, Layout.AUTO).parts) == ["page", "left", "right"]
-    assert ByHand(angle=0.5).over(None, Layout.SINGLE).layout == "whole"
-    assert ByHand(spine="1,2:1,9").over(None, Layout.SINGLE).layout == "split"
+    assert ByHand().over(stored, Layout.WHOLE, NO_MAP) is stored
+    assert list(ByHand(angle=0.5).over(None, Layout.AUTO, NO_MAP).parts) == ["page", "left", "right"]
+    assert ByHand(angle=0.5).over(None, Layout.SINGLE, NO_MAP).layout == "whole"
+    assert ByHand(spine="1,2:1,9").over(None, Layout.SINGLE, NO_MAP).layout == "split"
 
 
 @pytest.mark.parametrize(
@@ -98,6 +104,8 @@ def test_options_win_over_the_file_field_by_field():
         (["--crop", "box:5,5,1,1"], 2, "--crop: "),
         (["--angle", "90"], 2, "--angle: "),
         (["--angle", "nan"], 2, "--angle: "),
+        (["--outline", "1,1:9,1:9,9mm"], 3, "book-map.tif does not exist"),
+        (["--spine", "1,1:xmm"], 2, "--spine: '1,1:xmm' cannot be read"),
         (["--overlap", "11"], 2, "--overlap: "),
         (["--save-edits", "saved.json"], 2, "has no corrections"),
         (["--outline", "0,0:60,60:60,0:0,60"], 3, "crosses itself"),

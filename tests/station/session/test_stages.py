@@ -44,6 +44,7 @@ def test_recorded_parameters_are_those_of_a_run():
         unit="cm",
         scale="148x210",
         sheets=Sheets.LARGEST,
+        both_leaves=True,
         rotate=Rotation.QUARTER,
         allow_distorted=True,
     )
