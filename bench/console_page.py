@@ -2,9 +2,9 @@
 
 First screen: from the answer of the server to the screen, and the processor time of the browser for it. Turning:
 frames in a second of a scan of 307,200 points on a canvas of the stated size. Strip: frames while 1,000 pages scroll
-by. Shot: from the key to the stored page and on to its verdict, on the screen, of small leaves of text and of FINE
-pages from the simulated scanner. The load of the machine is printed beside them: on one with others at work the figures
-say little.
+by. Contact sheet: from the key to its first leaves, and frames while it scrolls. Shot: from the key to the stored
+page and on to its verdict, on the screen, of small leaves of text and of FINE pages from the simulated scanner. The
+load of the machine is printed beside them: on one with others at work the figures say little.
 """
 
 from __future__ import annotations
@@ -69,6 +69,13 @@ SCROLL = """async (step) => {
   return { frames: gaps.length, median: gaps[gaps.length >> 1], late: gaps[Math.floor(gaps.length * 0.99)] };
 }"""
 
+SCROLL_SHEET = (
+    SCROLL.replace(".strip-scroller", ".sheet-scroller")
+    .replace("scrollLeft", "scrollTop")
+    .replace("scrollWidth", "scrollHeight")
+    .replace("clientWidth", "clientHeight")
+)
+
 
 def main() -> int:
     """Print the figures."""
@@ -79,6 +86,7 @@ def main() -> int:
             with window(browser, f"{address}/#/page/3") as page:
                 _turning(page)
                 _strip(page)
+                _sheet(page)
         _shots(browser, "leaf", ["oracles.console.leaves", "{folder}"])
         _shots(browser, "FINE page", ["station", "serve", "{folder}", *SERVE])
     return 0
@@ -113,6 +121,18 @@ def _strip(page: Page) -> None:
     found = page.evaluate(SCROLL, SCROLL_PX)
     figures = f"{found['median']:.1f} ms between frames, {found['late']:.1f} ms in the slowest hundredth"
     print(f"strip of {PAGES:,} pages, {found['frames']} frames: {figures}")
+
+
+def _sheet(page: Page) -> None:
+    page.evaluate(f"location.hash = '#/page/{PAGES // 2}'")
+    page.evaluate(APPEARS, ".page-screen .light")
+    start = time.perf_counter()
+    page.keyboard.press("g")
+    page.evaluate(APPEARS, "#leaf-0")
+    painted = time.perf_counter() - start
+    found = page.evaluate(SCROLL_SHEET, SCROLL_PX)
+    figures = f"{found['median']:.1f} ms between frames, {found['late']:.1f} ms in the slowest hundredth"
+    print(f"contact sheet of {PAGES:,} leaves: painted after {painted:.2f} s; {found['frames']} frames, {figures}")
 
 
 def _shots(browser: Browser, what: str, command: Sequence[str]) -> None:

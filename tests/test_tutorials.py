@@ -101,9 +101,7 @@ def test_the_first_page(folder):
     assert (folder / "out/coverage/page-coverage.png").is_file()
 
 
-NUMBER = re.compile(
-    r"\d+(\.\d+)?"
-)  # what is measured may change with the methods; the words are exact
+NUMBER = re.compile(r"\d+(\.\d+)?")  # what is measured may change with the methods; the words are exact
 KEYS = {"space": " ", "enter": "\n", "n": "nleaf torn\n"}  # as they are typed; any other is itself
 
 

@@ -38,6 +38,15 @@ def row(number: int) -> Values:
     }
 
 
+def leaf(number: int) -> Values:
+    """A leaf of the contact sheet: one for each page, left and right in turn."""
+    of = row(number)
+    return {
+        **{"name": str(number), "page": number, "part": "page", "label": of["label"], "side": of["side"], "kind": ""},
+        **{"position": number, "left_out": False, "missing": [], "event": of["restore"], "layer": "page"},
+    }
+
+
 def detail(of: Values, size: tuple[int, int]) -> Values:
     """All of a page of so many pixels: its findings, the worst first, and its layers."""
     worst = WORST.get(of["level"], {})
@@ -60,16 +69,18 @@ def detail(of: Values, size: tuple[int, int]) -> Values:
     layers = ["page", "master", "strain", "coverage", "uncertainty", "original"]
     own = [layer for layer in layers if layer != "original"]
     parts = [part["part"] for part in of.get("parts", ())] or ["page"]
+    leaves = [
+        {
+            **{"part": part, "prefix": f"{part}." if len(parts) > 1 else "", "failed": None},
+            **{"page_mm": list(SHEET_MM), "page_px": list(size), "dpi": DPI, "layers": own},
+        }
+        for part in parts
+    ]
     event = {"number": 1, "kind": "capture", "name": "capture", "time": TIME, "software": "planish"}
     return {
         **of,
-        "leaves": [
-            {
-                **{"part": part, "prefix": f"{part}." if len(parts) > 1 else "", "failed": None},
-                **{"page_mm": list(SHEET_MM), "page_px": list(size), "dpi": DPI, "layers": own},
-            }
-            for part in parts
-        ],
+        "leaves": leaves,
+        "before": {"event": of["restore"] - 1, "leaves": leaves} if of["restore"] else None,
         "notes": [{"name": "calibration_nominal", "text": "", "hint": ""}],
         **{"checks": findings, "report": {}, "page_mm": list(SHEET_MM), "page_px": list(size), "dpi": DPI},
         **{"layers": layers, "models": ["scan", "mesh", "steps"], "words": True},

@@ -8,6 +8,7 @@ from http.server import BaseHTTPRequestHandler
 from typing import Any
 from urllib.parse import urlsplit
 
+from oracles.console.answers import ANSWERS
 from oracles.console.station import CannedStation
 from oracles.local_server import local_server
 
@@ -40,12 +41,15 @@ class _Handler(BaseHTTPRequestHandler):
     def do_PUT(self) -> None:
         body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
         self.station.pressed.append((self.path, body))
-        self._send(200, json.dumps(self.station.answer(self.path)).encode(), "application/json")
+        found = self.station.arrange(body) if self.path == "/api/leaves" else self.station.answer(self.path)
+        self._send(200, json.dumps(found).encode(), "application/json")
 
     def do_POST(self) -> None:
         body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
         self.station.pressed.append((self.path, body))
-        self._send(200, json.dumps(self.station.state).encode(), "application/json")
+        made = ANSWERS["rule"] if self.path.startswith("/api/rules") else self.station.state
+        made = self.station.arrange(body) if self.path == "/api/order" else made
+        self._send(200, json.dumps(made).encode(), "application/json")
 
     def _send(self, status: int, body: bytes, kind: str) -> None:
         self.send_response(status)

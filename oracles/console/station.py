@@ -16,7 +16,7 @@ from typing import Any
 
 from PIL import Image
 
-from oracles.console.answers import ANSWERS, Values, detail, open_state, row, words
+from oracles.console.answers import ANSWERS, Values, detail, leaf, open_state, row, words
 from oracles.console.models import model
 from oracles.console.pictures import deep_zoom, encoded, layer, on_table, printed_page, tile, warned
 
@@ -41,6 +41,7 @@ class CannedStation:
     state     of /api/state. preview, jobs, sessions: None for those of the table.
     pressed   the bodies of all requests that change something, with their paths.
     rows      what differs in the row of a page. unrecorded: kinds of models that no restoration has kept.
+    leaves    of the contact sheet.
     """
 
     page: Path
@@ -53,9 +54,11 @@ class CannedStation:
     pressed: list[tuple[str, Values]] = field(default_factory=list)
     rows: dict[int, Values] = field(default_factory=dict)
     unrecorded: set[str] = field(default_factory=set)
+    leaves: list[Values] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.state = self.state or open_state(self.pages)
+        self.leaves = self.leaves or [leaf(number) for number in range(1, self.pages + 1)]
         self.sheet = Image.fromarray(printed_page().image)
         self._layers: dict[str, Image.Image] = {}
         self.listeners: list[queue.SimpleQueue[bytes]] = []
@@ -95,6 +98,17 @@ class CannedStation:
         key = "not_recorded" if path.startswith("/api/models/") else "not_found"
         return {"error": {"key": key, "text": "not there", "hint": ""}}
 
+    def arrange(self, body: Values) -> Values:
+        """Move leaves of the contact sheet, or change one."""
+        moved = [one for name in body.get("leaves", ()) for one in self.leaves if one["name"] == name]
+        rest = [one for one in self.leaves if one not in moved]
+        at = next((at for at, one in enumerate(rest) if one["name"] == body.get("before")), len(rest))
+        self.leaves = [*rest[:at], *moved, *rest[at:]]
+        for one in self.leaves:
+            if one["name"] == body.get("leaf"):
+                one.update({key: value for key, value in body.items() if key in ("label", "left_out")})
+        return {"leaves": self.leaves}
+
     def answer(self, path: str) -> Values | None:
         """The JSON of a path, None for none."""
         if found := re.fullmatch(r"/api/pages/(\d+)(/words)?", path):
@@ -117,6 +131,7 @@ class CannedStation:
                 "pages": [self.row(n) for n in range(1, self.pages + 1)],
                 "current": self.pages or None,
             },
+            "/api/leaves": lambda: {"leaves": self.leaves},
             "/api/sessions": lambda: {
                 "root": "/srv/planish",
                 "sessions": ANSWERS["sessions"] if self.sessions is None else self.sessions,

@@ -11,8 +11,8 @@ from typing import Any
 from lxml import etree
 
 from restore import BadInput
-from restore.files import read_regular
 from station.session.about import About, about_from
+from station.storage.given_file import read_given
 
 MAX_BYTES = 2**20  # of a file: a record of a library catalogue has some kilobytes
 MODS = "http://www.loc.gov/mods/v3"
@@ -34,13 +34,7 @@ def read_about(path: Path) -> About:
 
     Raises BadInput for a file that cannot be read, and for one of another kind.
     """
-    try:
-        data = read_regular(path, MAX_BYTES)
-    except FileNotFoundError as error:
-        raise BadInput(f"{path} does not exist", "check the name and the folder") from error
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise BadInput(f"cannot read {path}: {reason}", HINT) from error
+    data = read_given(path, MAX_BYTES, str(path), HINT)
     if path.suffix.lower() == ".toml":
         try:
             return about_from(tomllib.loads(data.decode()), str(path))

@@ -64,7 +64,7 @@ def planned_rule(session: Session, words: Sequence[str], to: str, *, future: boo
         side=side or "any",
         future=future,
     )
-    own = {page.number: kept for page in pages if (kept := _kept(own_edits(page), edits))}
+    own = {page.number: kept for page in pages if (kept := kept_fields(own_edits(page), edits))}
     return PlannedRule(scope, edits, tuple(page.number for page in pages), own)
 
 
@@ -85,6 +85,6 @@ def _pages(session: Session, to: str) -> list[Page]:
     return [page for page in pages if page.number in wanted]
 
 
-def _kept(own: Mapping[str, Any], edits: Mapping[str, Any]) -> tuple[str, ...]:
+def kept_fields(own: Mapping[str, Any], edits: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the fields of a rule that a page has itself, and keeps."""
     return tuple(name for name in fields_of(own) if name in fields_of(edits) and not name.endswith(".masks"))

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from restore import BadInput, parse_edits
-from restore.files import read_regular
 from station.run.edits import MAX_BYTES, digest_of
 from station.session.corrections import resolved_edits
 from station.session.history import Page
 from station.session.steps import scan_path
 from station.session.store import Session
 from station.storage.atomic import lock_output_folder, refuse_existing, write_all
+from station.storage.given_file import read_given
 from station.storage.session_folder import refuse_session
 
 SCAN = "sha512:"
@@ -40,13 +40,7 @@ def import_edits(
     of_another: whether they may have been made on another scan.
     Raises BadInput for a file that is damaged, or of another scan.
     """
-    try:
-        data = read_regular(path, MAX_BYTES)
-    except FileNotFoundError as error:
-        raise BadInput(f"{path} does not exist", "check the name and the folder") from error
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise BadInput(f"cannot read the corrections {path}: {reason}", "give a regular file") from error
+    data = read_given(path, MAX_BYTES, f"the corrections {path}", "give a regular file")
     edits = parse_edits(data, str(path))
     if edits.scan is not None and not of_another and edits.scan not in _digests(session, page):
         raise BadInput(f"the corrections {path} were made on another scan", "insist with --edits-of-another")

@@ -77,6 +77,9 @@ CORRECTIONS_DROPPED = Check(
     "make them again: planish session edits",
 )
 
+OPERATOR_CHECKS = frozenset({*(name for name, _ in QUESTIONS.values()), CORRECTIONS_DROPPED.name})
+"""The checks that an operator answers by a correction."""
+
 
 def questions(report: Mapping[str, Any]) -> list[Check]:
     """Return the findings of a report that an operator has to answer."""

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Header, Response
 from station.console.routes.answers import FAULTS, Acting, Looking, PageNumber
 from station.console.routes.requests import Corrections, NewRule
 from station.console.shown_pages.corrections import corrections_of, shown_page
-from station.console.state.correcting import apply_rule, correct_page
+from station.console.state.correcting import apply_rule, correct_page, plan_rule
 from station.session.rules import Scope
 
 router = APIRouter(prefix="/api", responses=FAULTS)
@@ -50,3 +50,9 @@ def layout(app_state: Looking, number: PageNumber) -> dict[str, Any]:
 def add_rule(app_state: Acting, wanted: NewRule) -> dict[str, Any]:
     """Correct many pages in one step."""
     return apply_rule(app_state.writable(), Scope(**wanted.scope.model_dump()), wanted.edits)
+
+
+@router.post("/rules/plan")
+def plan(app_state: Looking, wanted: NewRule) -> dict[str, Any]:
+    """Return the pages that such corrections would be on; nothing is recorded."""
+    return plan_rule(app_state.opened().session, Scope(**wanted.scope.model_dump()), wanted.edits)

@@ -17,6 +17,7 @@ PageNumber = Annotated[int, Field(ge=1, le=MAX_PAGE)]
 EventNumber = Annotated[int, Field(ge=1, le=MAX_NUMBER)]
 Tab = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{16,64}$")]
 SessionName = Annotated[str, Field(min_length=1, max_length=255)]
+LeafName = Annotated[str, Field(pattern=r"^[1-9][0-9]{0,3}(/(left|right))?$")]
 Text = Annotated[str, Field(max_length=MAX_TEXT)]
 Action = Literal["capture", "again", "accept", "mark", "note", "undo", "redo", "insert", "label", "side", "preview"]
 
@@ -82,6 +83,21 @@ class NewRule(_Request):
 
     scope: RuleScope
     edits: Annotated[dict[str, JsonValue], Field(min_length=1, max_length=60)]
+
+
+class MovedLeaves(_Request):
+    """Leaf sides to be moved before another one; null: to the end."""
+
+    leaves: Annotated[list[LeafName], Field(min_length=1, max_length=2 * MAX_PAGE)]
+    before: LeafName | None = None
+
+
+class ChangedLeaf(_Request):
+    """What is changed of a leaf side; null leaves it as it is."""
+
+    leaf: LeafName
+    left_out: Annotated[bool, Field(strict=True)] | None = None
+    label: Annotated[str, Field(max_length=100)] | None = None
 
 
 class Batch(_Request):

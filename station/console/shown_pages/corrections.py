@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from restore import Settings
 from station.console.faults import ConsoleFault
 from station.session import Page, Session
 from station.session.corrections import effective_edits, layers_of, needs_restoration, own_edits
@@ -34,7 +35,7 @@ def corrections_of(session: Session, number: int) -> dict[str, Any]:
     """Return the corrections of a page as JSON values. Raises ConsoleFault."""
     page = shown_page(session, number)
     assert page.capture is not None
-    restored = page.runs.get(RESTORE)
+    restored, preset = page.runs.get(RESTORE), preset_of(session)
     sources = [{"source": source, "edits": edits} for source, edits in layers_of(session, page)]
     return {
         "page": number,
@@ -43,9 +44,11 @@ def corrections_of(session: Session, number: int) -> dict[str, Any]:
         "edits": own_edits(page) or None,
         "effective": effective_edits(session, page),
         "sources": sources,
-        "preset_layout": str(preset_of(session).layout),
+        "preset_layout": str(preset.layout),
+        "preset_shading": Settings.model_validate(preset.settings).shading,
         "outdated": needs_restoration(session, page),
         "restore": None if restored is None else restored.number,
+        "restored": None if restored is None else dict(restored.facts["parameters"]).get("edits"),
         "parts": {} if restored is None else _sizes(restored.facts["result"]),
     }
 

@@ -23,7 +23,7 @@ from station.session.index import level_of, state_of
 from station.session.leaves import Leaf, label_of, leaves_by_page
 from station.session.parts import RESTORE, VERDICT, errors_of, parts_of
 from station.session.stages import PAGE
-from station.verdict.checks import LEVELS
+from station.verdict.checks import LEVELS, OPERATOR_CHECKS
 
 Row = dict[str, Any]
 ALTO = "page-alto.xml"
@@ -56,6 +56,7 @@ def detail_of(session: Session, row: Row) -> dict[str, Any]:
         "dpi": result.get("dpi"),
         "page_px": _pixels(session, restored, PAGE),
         "leaves": list(_leaves(session, restored)),
+        "before": _before(session, restored),
         "layers": layers_of(restored, page.capture),
         "models": models_of(restored, page.capture),
         "words": restored is not None and ALTO in restored.files,
@@ -74,6 +75,17 @@ def finding_of(stored: dict[str, Any]) -> dict[str, Any]:
     """A finding of a verdict with its unit and the direction in which it is worse."""
     amber, red = stored["limits"]
     return {"page": None, **stored, "unit": UNITS.get(stored["name"], ""), "less_is_worse": amber > red}
+
+
+def questions_of(page: Page) -> list[dict[str, str]]:
+    """Return the checks of a page that a correction answers, each with its part.
+
+    None of a page that was accepted as it is.
+    """
+    run = page.runs.get(VERDICT)
+    checks = [] if run is None or page.decided("accept", False) is True else run.facts["result"]["checks"]
+    asked = [one for one in checks if one["name"] in OPERATOR_CHECKS and one["level"] != "green"]
+    return [{"name": one["name"], "part": one.get("part", "")} for one in asked]
 
 
 def rank_of(page: Page) -> float:
@@ -123,6 +135,7 @@ def _row(parts: Sequence[Leaf], position: int, outdated: Collection[int], restor
         "marked": bool(page.decided("mark", False)),
         "note": str(page.decided("note", "")),
         "level": level_of(page),
+        "asks": questions_of(page),
         "rank": round(rank_of(page), 3),
         "capture": page.capture.number,
         "restore": None if restored is None or failed else restored.number,
@@ -175,6 +188,15 @@ def _leaves(session: Session, restored: Event | None) -> Iterator[dict[str, Any]
             "layers": [layer.removeprefix(prefix) for layer in leaf_layers(restored, prefix)],
             "failed": {"text": report["error"], "hint": report.get("hint", "")} if "error" in report else None,
         }
+
+
+def _before(session: Session, restored: Event | None) -> dict[str, Any] | None:
+    """Return the latest other restoration of the scan, with its parts."""
+    others = [] if restored is None else [one for one in session.history.events if one.slot == restored.slot]
+    earlier = [one for one in others if one.kind == "stage" and restored and one.number != restored.number]
+    if not earlier or "error" in earlier[-1].facts["result"]:
+        return None
+    return {"event": earlier[-1].number, "leaves": list(_leaves(session, earlier[-1]))}
 
 
 def _pixels(session: Session, restored: Event | None, name: str) -> list[int] | None:

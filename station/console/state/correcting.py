@@ -11,9 +11,10 @@ from station.console.faults import ConsoleFault
 from station.console.shown_pages.corrections import corrections_of, shown_page, tag_of
 from station.console.state.open_session import WritableSession
 from station.session import Session
+from station.session.applying import kept_fields
 from station.session.corrections import own_edits, rules_of
 from station.session.history import CAPTURE
-from station.session.rules import Scope, Table, edits_of
+from station.session.rules import Rule, Scope, Table, edits_of
 
 OF_ONE_SCAN = ("spine", "scan")  # fields that fit no other scan
 HINT = "see docs/how-to/opened-books.md for the fields"
@@ -46,14 +47,23 @@ def correct_page(opened: WritableSession, number: int, edits: Table | None, tag:
     return opened.ask(record)
 
 
+def plan_rule(session: Session, scope: Scope, edits: Table) -> dict[str, Any]:
+    """Return the pages that a rule would be on, and which keep their own fields.
+
+    Raises ConsoleFault for values that cannot be.
+    """
+    given = _for_many(edits)
+    if isinstance(scope.captures, list):
+        _check_scans(session, scope.captures)
+    return _pages_of(session, Rule(id=len(session.history.events) + 1, scope=scope, edits=given))
+
+
 def apply_rule(opened: WritableSession, scope: Scope, edits: Table) -> dict[str, Any]:
     """Record corrections of many pages as one step, and return its number and its pages.
 
     Raises ConsoleFault for values that cannot be.
     """
-    given = _given(edits)
-    for name in _of_one_scan(given):
-        raise ConsoleFault("invalid", f"{name} fits no other scan", "set it on each page", field=name)
+    given = _for_many(edits)
 
     def record(loop: CaptureLoop) -> dict[str, Any]:
         if isinstance(scope.captures, list):
@@ -62,13 +72,25 @@ def apply_rule(opened: WritableSession, scope: Scope, edits: Table) -> dict[str,
             loop.apply(scope, given)
         except BadInput as error:  # as many rules as a volume can have
             raise ConsoleFault("invalid", str(error), error.hint) from error
-        session = loop.writer.session
-        rule = rules_of(session)[-1]
-        pages = session.history.pages()
-        on = [page.number for page in pages if page.capture and rule.is_on(page.capture, session.history)]
-        return {"rule": rule.id, "pages": on}
+        rule = rules_of(loop.writer.session)[-1]
+        return {"rule": rule.id, **_pages_of(loop.writer.session, rule)}
 
     return opened.ask(record)
+
+
+def _pages_of(session: Session, rule: Rule) -> dict[str, Any]:
+    """Return the pages that a rule is on, and the fields of it that they keep."""
+    pages = [one for one in session.history.pages() if one.capture and rule.is_on(one.capture, session.history)]
+    kept = {page.number: kept_fields(own_edits(page), rule.edits) for page in pages}
+    return {"pages": [*kept], "own": {page: fields for page, fields in kept.items() if fields}}
+
+
+def _for_many(edits: Table) -> dict[str, Any]:
+    """Return the fields of corrections of many pages. Raises ConsoleFault."""
+    given = _given(edits)
+    for name in _of_one_scan(given):
+        raise ConsoleFault("invalid", f"{name} fits no other scan", "set it on each page", field=name)
+    return given
 
 
 def _given(edits: Table) -> dict[str, Any]:

@@ -22,7 +22,12 @@ TOOLS = {  # and what shows that it is there
     "ruler": ".crosshair",
     "words": ".words text",
     "model": ".model-told:not(:empty)",
-    "spine": ".layout-tool p:not(:empty)",
+    "spine": ".spine-tool p:not(:empty)",
+    "outline": ".outline-tool li",
+    "mask": ".mask-tool li",
+    "crop": ".crop-tool li",
+    "turn": ".turn-grid",
+    "light": ".light-tool li",
 }
 ERROR = {"text": "the scanner does not answer.", "hint": "Switch it on.", "kinds": ["transport_error"]}
 RECOVERY = {"completed": True, "resumed": [9, 10], "left": 1, "problem": None}
@@ -106,6 +111,34 @@ def test_axe_finds_nothing_on_a_page_with_any_tool(show, canned, axe, look):
         page.wait_for_load_state("networkidle")
         page.wait_for_timeout(500)
         assert violations(page, axe) == [], tool
+
+
+@pytest.mark.parametrize(("tool", "key"), [("s", "d"), ("o", "d"), ("x", "1"), ("c", "3")])
+def test_axe_finds_nothing_on_points_that_are_drawn(show, canned, axe, look, tool, key):
+    page = show(canned, "page/7", **look.options)
+    page.wait_for_selector(".light")
+    page.keyboard.press(tool)
+    ready = (
+        ".page-viewer[data-scan]" if tool in "ox" else ".spine-tool p:not(:empty)" if tool == "s" else ".crop-tool li"
+    )
+    page.wait_for_selector(ready)
+    page.keyboard.press(key)
+    page.wait_for_selector(".handle >> nth=1")
+    assert violations(page, axe) == []
+
+
+def test_axe_finds_nothing_on_a_draft_and_on_the_choice_of_its_pages(show, canned, axe, look):
+    canned.rows[3] = {"asks": [{"name": "layout", "part": ""}]}
+    page = show(canned, "page/7", **look.options)
+    page.wait_for_selector(".light")
+    page.keyboard.press("t")
+    page.wait_for_selector(".turn-tool li")
+    page.keyboard.press(".")
+    page.wait_for_selector(".draft-lines li")
+    assert violations(page, axe) == []
+    page.keyboard.press("a")
+    page.wait_for_selector("dialog[open] li")
+    assert violations(page, axe) == []
 
 
 def test_axe_finds_nothing_on_a_page_without_a_model_and_on_one_that_was_not_restored(show, canned, axe, look):

@@ -7,10 +7,11 @@ import { t } from "./strings.js";
 
 const KEYS = { " ": "capture", Enter: "accept", r: "again", u: "undo", U: "redo", m: "mark", n: "note", i: "insert", p: "preview" };
 const SCREENS = new Set(["capture", "page"]); // elsewhere a key is for the fields
+const STEPS = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"]); // held, they go on
 const OFF = "planish-keys-off";
 let toolKey = null;
 
-/** Let an open tool act on keys before all others: `act(key)` returns whether it did; null: no tool. */
+/** Let an open tool act on keys before all others: `act(key, event)` returns whether it did; null: no tool. */
 export function setToolKey(act) {
   toolKey = act;
 }
@@ -18,13 +19,15 @@ export function setToolKey(act) {
 /** Act on keys outside of fields and dialogs. Single letters can be switched off (WCAG 2.1.4). */
 export function listenForKeys() {
   addEventListener("keydown", (event) => {
-    if (event.repeat || event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return undefined;
+    if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return undefined;
     if (event.target.closest("input, textarea, select, [contenteditable], [data-own-keys]")) return undefined;
-    const pressed = event.target.closest("button, a, summary") && (event.key === " " || event.key === "Enter");
+    const pressed = event.target.closest("button:not(.handle), a, summary") && (event.key === " " || event.key === "Enter");
     if (pressed || !SCREENS.has(document.getElementById("main").dataset.screen)) return undefined;
     if (localStorage.getItem(OFF) && event.key !== " ") return undefined;
-    if (toolKey?.(event.key)) return event.preventDefault();
+    if ((!event.repeat || STEPS.has(event.key)) && toolKey?.(event.key, event)) return event.preventDefault();
+    if (event.repeat) return undefined;
     if (event.key === "?") showKeys();
+    else if (event.key === "g") location.hash = "#/sheet";
     else if (KEYS[event.key]) actions[KEYS[event.key]]();
     else return undefined;
     return event.preventDefault();
@@ -41,8 +44,9 @@ export function showKeys() {
   const shown = { " ": t("keys.space"), Enter: "↵" };
   const rows = Object.entries(KEYS).map(([key, name]) =>
     h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: shown[key] ?? key })), h("dd", { text: t(`action.${name}`) })));
+  const sheet = h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: "g" })), h("dd", { text: t("screen.sheet") }));
   const help = h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: "?" })), h("dd", { text: t("keys.title") }));
-  const list = h("dl", { class: "keys" }, rows, help);
+  const list = h("dl", { class: "keys" }, rows, sheet, help);
   set(list, "aria-label", t("keys.title"));
   openDialog(t("keys.title"), [h("p", { class: "soft", text: t("keys.text") }), list,
     h("label", { class: "check", for: "keys-off" }, off, h("span", { text: t("keys.off") }))]);

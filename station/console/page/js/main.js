@@ -8,9 +8,9 @@ import { statusBar } from "./status.js";
 import { follow, on, store } from "./store.js";
 import { chooseLanguage, language, loadStrings, t } from "./strings.js";
 
-const SCREENS = [["capture", "camera"], ["page", "scan-eye"], ["sessions", "library-big"], ["settings", "settings-2"],
+const SCREENS = [["capture", "camera"], ["page", "scan-eye"], ["sheet", "layers"], ["sessions", "library-big"], ["settings", "settings-2"],
   ["batch", "list-checks"], ["export", "package-check"]];
-const OF_A_SESSION = new Set(["capture", "page", "settings"]);
+const OF_A_SESSION = new Set(["capture", "page", "sheet", "settings"]);
 const shown = new Map(); // screens made so far
 let main;
 let links;
@@ -80,7 +80,7 @@ if (store.entered) await route();
 else noEntry();
 addEventListener("hashchange", async () => {
   await route();
-  main.focus({ preventScroll: true }); // on a link the space bar would open the screen again, and not shoot
+  (main.querySelector("[data-first]") ?? main).focus({ preventScroll: true }); // on a link the space bar would open the screen again, and not shoot
 });
 let session = store.state?.session?.name;
 on("state", (state) => {

@@ -24,7 +24,9 @@ def events(browser):
 
 
 def test_a_correction_is_recorded_restored_taken_back_and_has_its_tag(served, opened):
-    capture = shoot(opened)["capture"]
+    shot = shoot(opened)
+    capture = shot["capture"]
+    assert opened.get("/api/pages/1").json()["before"] is None
     found = opened.get(EDITS)
     assert (found.headers["etag"], found.json()["edits"], found.json()["sources"]) == (f'"{capture}"', None, [])
     stored = put(opened, TURNED, capture)
@@ -33,6 +35,8 @@ def test_a_correction_is_recorded_restored_taken_back_and_has_its_tag(served, op
     assert stored.headers["etag"] == opened.get(EDITS).headers["etag"] != found.headers["etag"]
     wait_for(lambda: opened.get(EDITS).json()["outdated"] is False, "the restoration")
     assert served.restorer.calls[-1]["edits"]["parts"] == TURNED["parts"]
+    assert opened.get(EDITS).json()["restored"]["parts"] == TURNED["parts"]
+    assert opened.get("/api/pages/1").json()["before"]["event"] == shot["restore"]
     press(opened, "undo")
     wait_for(lambda: opened.get(EDITS).headers["etag"] == f'"{capture}"', "the undo")
     assert opened.get(EDITS).json()["effective"] is None
@@ -136,6 +140,18 @@ def test_a_rule_is_one_step_for_all_its_pages(opened):
     wait_for(lambda: opened.get("/api/pages/3/edits").json()["sources"] == [], "the undo")
     assert opened.get("/api/pages/2/edits").json()["effective"] is None
     wait_for(lambda: not any(row["outdated"] for row in rows(opened)), "the earlier restorations")
+
+
+def test_a_rule_is_planned_without_being_recorded_and_names_the_pages_that_keep_their_own(opened):
+    captures = [shoot(opened)["capture"] for _ in range(2)]
+    put(opened, {"parts": {"page": {"turn": 3}}}, captures[1], "/api/pages/2/edits")
+    rule = {"scope": {"captures": "all"}, "edits": TURNED}
+    planned = opened.post("/api/rules/plan", json=rule)
+    assert (planned.status_code, planned.json()) == (200, {"pages": [1, 2], "own": {"2": ["page.turn"]}})
+    assert opened.get(EDITS).json()["sources"] == []
+    made = opened.post("/api/rules", json=rule).json()
+    assert made == {"rule": made["rule"], **planned.json()}
+    assert opened.post("/api/rules/plan", json={**rule, "scope": {"captures": [10**6]}}).status_code == 422
 
 
 def test_a_rule_names_scans_and_no_places_of_one_scan(opened):

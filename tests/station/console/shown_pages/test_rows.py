@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import MappingProxyType
 
 import pytest
@@ -10,7 +11,7 @@ from drivers import ScannerError
 from restore import BadInput, NotEnoughSurface
 from station.console.faults import STATUS, ConsoleFault, fault_of
 from station.console.routes.requests import NewSession, Press
-from station.console.shown_pages.rows import finding_of, rank_of
+from station.console.shown_pages.rows import finding_of, questions_of, rank_of
 from station.console.shown_pages.units import UNITS
 from station.errors import FolderInUse, UsageError
 from station.session import Event, Page, SessionDamaged
@@ -46,6 +47,20 @@ def test_worse_pages_rank_higher():
     assert ranks == sorted(ranks)
     assert len(set(ranks[2:])) == len(ranks[2:])
     assert rank_of(judged("amber", 0.92, (0.97, 0.9))) > rank_of(judged("amber", 0.96, (0.97, 0.9)))
+
+
+def test_a_page_asks_what_a_correction_answers_until_it_is_accepted():
+    limits = [0.5, 1.5]
+    checks = [
+        {"name": "layout", "level": "amber", "value": 1.0, "limits": limits},
+        {"name": "corrections", "level": "amber", "value": 1.0, "limits": limits, "part": "left"},
+        {"name": "blur_px", "level": "red", "value": 3.0, "limits": limits},
+    ]
+    one = page({}, {"level": "red", "checks": checks})
+    assert questions_of(one) == [{"name": "layout", "part": ""}, {"name": "corrections", "part": "left"}]
+    accept = Event(4, 1, "decision", "accept@1", None, "", "", {"value": True})
+    assert questions_of(replace(one, decisions=MappingProxyType({"accept": accept}))) == []
+    assert questions_of(page()) == []
 
 
 def test_a_finding_says_its_unit_and_its_direction():

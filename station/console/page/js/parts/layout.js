@@ -1,107 +1,99 @@
-// One page or two: a draft until it is saved, with where the present value comes from.
+// One page or two of an opened book: whole, split, or one leaf; and where its spine is, drawn on the scanner's picture.
 
-import { ApiError, get, put } from "../api.js";
+import { get } from "../api.js";
 import { button, h, segmented, setText } from "../dom.js";
+import { present, sourceText } from "../corrections.js";
 import { number } from "../format.js";
-import { errorText } from "../notices.js";
-import { hindrance } from "../store.js";
+import { Drawing } from "./drawing.js";
+import { CorrectionTool } from "./tool.js";
 import { t } from "../strings.js";
 
 const KEYS = { 0: "whole", 1: "left", 2: "split", 3: "right" };
 const CHOICES = ["whole", "left", "split", "right", "auto"];
+const MAX_POINTS = 16;
+const INSET = 0.05; // of the picture: ends of a first spine where none was found
 
-/** The layout that corrections give a page, and where it comes from: [layout, source]. */
-function present(told) {
-  const giving = told.sources.filter(({ edits }) => edits.layout || edits.spine).at(-1);
-  if (!giving) return [told.preset_layout === "single" ? "whole" : told.preset_layout, t("source.preset")];
-  const [kind, id] = giving.source.split(" ");
-  return [giving.edits.layout ?? "split", kind === "rule" ? t("source.rule", { n: id }) : t("source.page")];
-}
-
-/** The tool; `element` is its panel, `key` acts on a key and returns whether it did. */
-export class LayoutTool {
-  constructor() {
-    this.choice = segmented(t("tool.spine"), CHOICES.map((name) => [name, t(`layout.${name}`)]), (name) => this.propose(name));
-    this.now = h("p", { class: "soft" });
-    this.found = h("p", { class: "soft" });
-    this.told = h("p", { role: "status" });
-    this.saving = h("div", { class: "row", hidden: true }, button(t("save"), { key: "↵", kind: "primary", click: () => this.save() }),
-      button(t("layout.drop"), { key: "Esc", click: () => this.drop() }));
-    this.theirs = h("div", { class: "row", hidden: true }, button(t("layout.mine"), { click: () => this.save(this.other.tag) }),
-      button(t("layout.other"), { click: () => this.take() }));
-    this.element = h("section", { class: "tool-panel layout-tool", "aria-label": t("tool.spine") }, h("h2", { text: t("tool.spine") }),
-      this.choice.element, this.now, this.found, this.told, this.saving, this.theirs);
+export class LayoutTool extends CorrectionTool {
+  constructor(draft, viewer) {
+    const choice = segmented(t("tool.spine"), CHOICES.map((name) => [name, t(`layout.${name}`)]), (name) => this.propose({ layout: name }));
+    const found = h("p", { class: "soft" });
+    const begin = button(t("spine.draw"), { icon: "pencil", key: "d", click: () => this.begin() });
+    const drawing = new Drawing(viewer, { isClosed: false, least: 2, most: MAX_POINTS, changed: (points) => this.take(points) });
+    super(draft, { name: "spine", fields: ["layout", "spine"], otherwise: "preset", body: [choice.element, found, begin, drawing.element] });
+    Object.assign(this, { viewer, drawing, choice, beginning: begin, foundText: found });
+    this.keys = { d: () => this.begin() };
+    for (const [key, name] of Object.entries(KEYS)) this.keys[key] = () => this.propose({ layout: name });
   }
 
-  async start(row) {
-    const same = this.row?.page === row.page;
-    this.row = row;
-    if (same && this.draft) return this.show(); // of an earlier scan, too: its tag is refused, and both are shown
-    this.draft = this.other = null;
-    if (!same) for (const line of [this.now, this.found, this.told]) setText(line, "");
-    const [told, layout] = await Promise.all([get(`/api/pages/${row.page}/edits`).catch(() => null), get(`/api/pages/${row.page}/layout`).catch(() => null)]);
-    if (this.row !== row) return undefined;
-    this.base = told;
-    const [left, right] = layout?.widths_mm ?? [];
-    setText(this.found, !layout ? "" : left === undefined ? t("layout.none")
+  given(sources, path) {
+    if (path === "spine") return super.given(sources, path);
+    const { preset_layout: preset } = this.draft.base;
+    const giving = sources.filter(({ edits }) => edits.layout || edits.spine).at(-1);
+    if (giving) return giving.edits.layout ?? "split"; // a spine that was drawn splits the page
+    return preset === "single" ? "whole" : preset;
+  }
+
+  state(path) {
+    const { base } = this.draft;
+    if (path === "spine") return [super.state(path)[0], sourceText(present(base, path)[1])];
+    const [, source] = [present(base, "layout"), present(base, "spine")].find(([value]) => value) ?? ["", ""];
+    return [t(`layout.${this.given(base.sources, path)}`), sourceText(source || "preset")];
+  }
+
+  /** Whether the scanner's picture is needed: a spine is drawn there. */
+  get isOnScan() {
+    return Boolean(this.isBegun || (this.draft.base && this.value("spine")));
+  }
+
+  async start(row, part) {
+    super.start(row, part);
+    if (this.asked === row.capture) return;
+    Object.assign(this, { asked: row.capture, layout: null, isBegun: false });
+    setText(this.foundText, "");
+    const layout = await get(`/api/pages/${row.page}/layout`).catch(() => null);
+    if (this.asked !== row.capture || !layout) return;
+    this.layout = layout;
+    const [left, right] = layout.widths_mm ?? [];
+    setText(this.foundText, left === undefined ? t("layout.none")
       : t("layout.found", { left: number(left, 1), right: number(right, 1), sigma: number(layout.sigma_mm ?? 0, 1) }));
-    return this.show();
   }
 
-  show() {
-    if (!this.base) return;
-    const [layout, source] = present(this.base);
-    this.choice.show(this.draft ?? layout);
-    setText(this.now, t("layout.now", { layout: t(`layout.${layout}`), source }));
-    this.saving.hidden = !this.draft || Boolean(this.other);
-    this.theirs.hidden = !this.other;
-    if (this.draft && !this.other) setText(this.told, t("layout.draft", { layout: t(`layout.${this.draft}`) }));
+  begin() {
+    if (!this.draft.base || this.value("spine")) return;
+    this.isBegun = true;
+    this.draft.changed(); // the scanner's picture comes, and with it the size of it
   }
 
-  propose(name) {
-    if (!this.base) return;
-    this.draft = name;
-    this.show();
+  /** The spine that was found, in whole px of the picture; else one down its middle. */
+  get first() {
+    const { spine, frame } = this.layout ?? {};
+    const { width, height } = this.viewer.page;
+    if (spine && frame === "picture") return spine.map((point) => point.map(Math.round));
+    return [INSET, 1 - INSET].map((part) => [Math.round(width / 2), Math.round(part * height)]);
   }
 
-  drop() {
-    this.draft = this.other = null;
-    setText(this.told, t("layout.dropped"));
-    this.show();
+  take(points) {
+    this.propose({ spine: points, ...(this.value("layout") === "whole" ? { layout: "split" } : {}) });
   }
 
-  take() {
-    this.base = this.other;
-    this.drop();
-  }
-
-  async save(tag = this.base.tag) {
-    const why = hindrance();
-    if (why) return setText(this.told, t(why));
-    if (this.sent) return undefined; // a second one would be refused for the tag that the first one changes
-    this.sent = true;
-    const { edits } = this.other ?? this.base;
-    const wanted = { ...edits, layout: this.draft, by: { ...edits?.by, tool: "console", saw: this.row.restore } };
-    try {
-      this.base = await put(`/api/pages/${this.row.page}/edits`, { edits: wanted }, { "If-Match": `"${tag}"` });
-      this.draft = this.other = null;
-      setText(this.told, t("layout.saved"));
-    } catch (error) {
-      if (!(error instanceof ApiError)) throw error;
-      this.other = error.status === 412 ? error.data.current : this.other;
-      setText(this.told, error.status === 412 ? t("layout.conflict", { mine: t(`layout.${this.draft}`), other: t(`layout.${present(this.other)[0]}`) }) : errorText(error));
-    } finally {
-      this.sent = false;
+  shown() {
+    this.choice.show(this.value("layout"));
+    const spine = this.value("spine");
+    this.beginning.hidden = Boolean(spine);
+    this.drawing.element.hidden = !spine;
+    if (!this.viewer.page?.isScan || this.isStill || !this.isOnScan) {
+      this.drawing.end();
+      return;
     }
-    return this.show();
+    this.drawing.start();
+    if (this.isBegun && !spine) {
+      this.isBegun = false;
+      this.take(this.first);
+    } else this.drawing.show(spine, "spine-line");
   }
 
-  /** Act on a key while the tool is open. */
-  key(key) {
-    if (KEYS[key]) this.propose(KEYS[key]);
-    else if (key === "Enter" && this.draft) { if (!this.other) this.save(); }
-    else if (key === "Escape" && this.draft) this.drop();
-    else return false;
-    return true;
+  ended() {
+    this.isBegun = false;
+    this.drawing.end();
   }
 }

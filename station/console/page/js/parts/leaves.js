@@ -19,6 +19,8 @@ export function leafChoice(changed) {
   let chosen = "left";
   const choice = segmented(t("leaf"), [["left", t("side.left")], ["right", t("side.right")]], (part) => { chosen = part; changed(); });
   return { element: choice.element,
+    /** Show that leaf where the page has it; "": the one that is chosen. */
+    choose(part) { chosen = part || chosen; },
     /** The leaf that is shown, of the details of a page. */
     of(found) {
       const leaves = found?.leaves ?? [];

@@ -1,7 +1,7 @@
 // The picture of a page, to be zoomed to its pixels: tiles of the server in OpenSeadragon, and an SVG over them.
 
 import { keyed } from "../api.js";
-import { h, setText } from "../dom.js";
+import { h, set, setText } from "../dom.js";
 import { number, percent } from "../format.js";
 import { t } from "../strings.js";
 
@@ -45,7 +45,7 @@ export class PageViewer {
     this.element = h("div", { class: "page-viewer" }, this.base, this.svg, this.bar, this.zoomed);
     this.listeners = new Set();
     this.layers = new Map();
-    this.page = null; // {width, height, dpi}
+    this.page = null; // {key, width, height, dpi, isScan}: without a size, that of its lowest layer
   }
 
   async start() {
@@ -65,7 +65,6 @@ export class PageViewer {
     await this.start();
     const wanted = new Map(layers.map((one) => [`${one.event}/${one.layer}`, one]));
     const other = this.page?.key !== page.key;
-    this.page = page;
     for (const [key, item] of this.layers) if (!wanted.has(key)) this.remove(key, item);
     let index = 0;
     for (const [key, one] of wanted) {
@@ -73,6 +72,9 @@ export class PageViewer {
       this.layers.get(key)?.setOpacity(one.opacity ?? 1);
       index += 1;
     }
+    const size = page.width ? null : [...this.layers.values()][0]?.getContentSize();
+    this.page = size ? { ...page, width: size.x, height: size.y } : page;
+    set(this.element, "data-scan", Boolean(page.isScan));
     if (other) this.fit(true);
     this.moved();
   }
@@ -103,13 +105,22 @@ export class PageViewer {
 
   /** Screen px for one pixel of the page. */
   get scale() {
-    return this.toScreen(1000, 0).minus(this.toScreen(0, 0)).x / 1000;
+    return this.toScreen(1000, 0).distanceTo(this.toScreen(0, 0)) / 1000;
+  }
+
+  /** Turn what is shown by degrees clockwise; by a quarter or more it is fitted in again. */
+  turn(degrees) {
+    const before = this.viewer.viewport.getRotation();
+    if (Math.abs(before - degrees) < 1e-6) return;
+    this.viewer.viewport.setRotation(degrees, true);
+    if (Math.abs(before - degrees) >= 45) this.fit(true);
+    this.moved();
   }
 
   moved() {
-    if (!this.page || !this.viewer.world.getItemCount()) return;
+    if (!this.page?.width || !this.viewer.world.getItemCount()) return;
     const { x, y } = this.toScreen(0, 0);
-    this.over.setAttribute("transform", `translate(${x} ${y}) scale(${this.scale})`);
+    this.over.setAttribute("transform", `translate(${x} ${y}) rotate(${this.viewer.viewport.getRotation()}) scale(${this.scale})`);
     this.drawScale();
     for (const act of this.listeners) act();
   }
@@ -131,8 +142,12 @@ export class PageViewer {
 
   /** Show the whole page, with a margin. */
   fit(immediately = false) {
+    if (!this.viewer || !this.page?.width) return;
     const [width, height] = [1, this.page.height / this.page.width];
-    this.viewer?.viewport.fitBounds(new this.osd.Rect(-MARGIN, -MARGIN, width + 2 * MARGIN, height + 2 * MARGIN), immediately);
+    const angle = (this.viewer.viewport.getRotation() * Math.PI) / 180;
+    const [cos, sin] = [Math.abs(Math.cos(angle)), Math.abs(Math.sin(angle))];
+    const [across, down] = [width * cos + height * sin + 2 * MARGIN, width * sin + height * cos + 2 * MARGIN];
+    this.viewer.viewport.fitBounds(new this.osd.Rect((width - across) / 2, (height - down) / 2, across, down), immediately);
   }
 
   pixels() {

@@ -1,18 +1,27 @@
 // The page view: the flat page to its pixels, its layers, ruler and words; the sheet in space; its lights and history.
 
 import { actionPad } from "../actions.js";
-import { button, h, placeholder, segmented, set, setText } from "../dom.js";
+import { valueAt } from "../corrections.js";
+import { able, button, h, placeholder, segmented, set, setText } from "../dom.js";
+import { Draft } from "../draft.js";
 import { faultText } from "../faults.js";
 import { bytes, number, pageName, time } from "../format.js";
 import { setToolKey } from "../keys.js";
+import { openApply } from "../parts/apply.js";
+import { askList, nextAsking } from "../parts/asks.js";
+import { MaskTool, OutlineTool } from "../parts/areas.js";
 import { Compare } from "../parts/compare.js";
+import { CropTool } from "../parts/crop.js";
 import { details } from "../parts/details.js";
+import { draftPanel } from "../parts/draft_panel.js";
 import { layerChoice } from "../parts/layers.js";
 import { LayoutTool } from "../parts/layout.js";
 import { leafChoice } from "../parts/leaves.js";
+import { LightTool } from "../parts/light.js";
 import { ModelView } from "../parts/model_view.js";
 import { Ruler } from "../parts/ruler.js";
 import { pageStrip } from "../parts/strip.js";
+import { TurnTool } from "../parts/turn.js";
 import { levelSign, verdictLights } from "../parts/verdict.js";
 import { PageViewer } from "../parts/viewer.js";
 import { Words } from "../parts/words.js";
@@ -20,7 +29,10 @@ import { current, on, select, store } from "../store.js";
 import { firstOf, t } from "../strings.js";
 import { facts } from "./capture.js";
 
-const TOOLS = [["look", "hand"], ["compare", "columns-2"], ["ruler", "ruler"], ["words", "text-search"], ["model", "rotate-3d"], ["spine", "between-vertical-start"]];
+const TOOLS = [["look", "hand"], ["compare", "columns-2"], ["ruler", "ruler"], ["words", "text-search"], ["model", "rotate-3d"],
+  ["spine", "between-vertical-start"], ["outline", "scan-line"], ["mask", "focus"], ["crop", "maximize"], ["turn", "refresh-cw"], ["light", "sun"]];
+const ASK_KEYS = { j: 1, k: -1 };
+const TOOL_KEYS = { s: "spine", o: "outline", x: "mask", c: "crop", t: "turn", l: "light" };
 
 class PageScreen {
   constructor() {
@@ -29,9 +41,14 @@ class PageScreen {
     this.ruler = new Ruler(this.viewer);
     this.words = new Words(this.viewer, (page) => { select(page); return this.update(); });
     this.model = new ModelView();
-    this.layout = new LayoutTool();
+    this.draft = new Draft(() => this.showDraft());
+    this.hands = { spine: new LayoutTool(this.draft, this.viewer), outline: new OutlineTool(this.draft, this.viewer),
+      mask: new MaskTool(this.draft, this.viewer), crop: new CropTool(this.draft, this.viewer), turn: new TurnTool(this.draft, this.viewer), light: new LightTool(this.draft) };
+    for (const hand of Object.values(this.hands)) hand.apply = () => this.apply();
+    this.drafted = draftPanel(this.draft);
+    this.asks = askList((step) => this.goAsking(step));
     this.layers = layerChoice(() => this.showLayers());
-    this.leaves = leafChoice(() => this.update());
+    this.leaves = leafChoice(() => { this.asked = null; this.update(); });
     this.lights = verdictLights();
     this.tool = "look";
     this.against = "original";
@@ -46,13 +63,15 @@ class PageScreen {
     this.sign = h("div", { class: "sign-place" });
     this.more = h("div", { class: "more" });
     this.empty = h("div", { class: "viewer-empty" });
+    this.earlier = button(t("before"), { icon: "history", key: "v", kind: "before-button", click: () => this.showEarlier(!this.isEarlier) });
     this.compareBox = h("section", { class: "tool-panel", "aria-label": t("tool.compare") }, h("h2", { text: t("compare.with") }), this.comparing.element);
     this.element = h("div", { class: "screen page-screen" },
-      h("section", { class: "viewer", "aria-label": t("picture") }, h("div", { class: "viewer-head" }, this.tools.element, this.leaves.element, this.zooms),
+      h("section", { class: "viewer", "aria-label": t("picture") }, h("div", { class: "viewer-head" }, this.tools.element, this.leaves.element, this.earlier, this.zooms),
         this.viewer.element, this.model.element, this.empty),
       h("section", { class: "panel scrolling", "aria-label": t("page"), tabindex: "0" },
         h("div", { class: "panel-head" }, h("div", {}, this.title, this.sub), this.sign),
-        this.compareBox, this.ruler.element, this.words.element, this.layout.element, this.layers.element, this.lights.element,
+        this.asks.element, this.drafted.element, this.compareBox, this.ruler.element, this.words.element,
+        Object.values(this.hands).map((hand) => hand.element), this.layers.element, this.lights.element,
         actionPad(["accept", "again", "mark", "note", "insert", "label"]), this.more),
       pageStrip());
     for (const event of ["rows", "row", "selected"]) on(event, () => { if (this.element.isConnected) this.update(); });
@@ -61,7 +80,7 @@ class PageScreen {
   enter(argument) {
     const page = Number(argument);
     if (store.rows.has(page)) select(page);
-    setToolKey((key) => this.key(key));
+    setToolKey((key, event) => this.key(key, event));
     return this.update();
   }
 
@@ -72,47 +91,115 @@ class PageScreen {
 
   async update() {
     const row = current();
+    this.asks.show();
     setText(this.title, row ? pageName(row) : t("capture.none"));
     setText(this.sub, row ? facts(row) : "");
     this.sign.replaceChildren(row ? levelSign(row) : "");
     if (this.row?.page !== row?.page) this.lights.show(null, null); // those of the page before would be taken for its own
     const found = row ? await details(row) : null;
     if (current()?.page !== row?.page) return;
+    if (this.row?.restore !== row?.restore) this.isEarlier = false;
     this.row = row;
     this.details = found;
     this.leaf = this.leaves.of(found);
+    for (const hand of Object.values(this.hands)) hand.part = this.leaf?.part ?? "page";
+    if (row) this.draft.load(row);
     this.lights.show(row, found?.checks, found?.notes);
     this.more.replaceChildren(...(found ? [...history(found, this.leaf)] : []));
     await this.use(this.tool);
   }
 
-  key(key) {
-    if (key === "s") this.use(this.tool === "spine" ? "look" : "spine");
-    else return this.tool === "spine" && Boolean(this.row) && this.layout.key(key);
+  key(key, event) {
+    const name = TOOL_KEYS[key];
+    if (name) this.use(this.tool === name ? "look" : name);
+    else if (key === "a") this.apply();
+    else if (ASK_KEYS[key]) this.goAsking(ASK_KEYS[key]);
+    else if (key === "v") this.showEarlier(!this.isEarlier);
+    else if (key === "Enter" && this.draft.isOpen) this.draft.save();
+    else if (key === "Escape" && this.draft.isOpen) this.draft.drop();
+    else return Boolean(this.row) && Boolean(this.hands[this.tool]?.key(key, event));
     return true;
+  }
+
+  /** Go to the leaf that asks for a correction next, or before. */
+  goAsking(step) {
+    const page = current()?.page;
+    const found = nextAsking(step, page, this.asked?.page === page ? this.asked.part : this.leaf?.part);
+    if (!found) return;
+    this.asked = found; // a further key may come before its details
+    this.leaves.choose(found.part);
+    select(found.page);
+  }
+
+  /** Put fields of this page on others; those that a rule gives it now are not left in the draft. */
+  apply() {
+    const [{ row, draft, leaf }, chosen] = [this, this.hands[this.tool]];
+    if (!row || !draft.base) return;
+    const offered = Object.values(this.hands).flatMap((hand) => hand.own.map((one) => ({ ...one, isChosen: !chosen || chosen === hand })));
+    if (!offered.length) {
+      draft.say(t("apply.nothing"));
+      return;
+    }
+    openApply(row, leaf?.part ?? "page", offered, (made, edits) => {
+      const isOn = made.pages.includes(row.page) && !made.own[row.page] && this.row.page === row.page;
+      const given = Object.keys(draft.fields).filter((path) => isOn && valueAt(edits, path) !== undefined);
+      draft.set(Object.fromEntries(given.map((path) => [path, undefined])));
+      draft.say(t("apply.done", { n: number(made.pages.length) }));
+      draft.load(this.row);
+    });
+  }
+
+  showDraft() {
+    this.drafted.show();
+    if (this.row && this.wasOnScan !== this.isOnScan) this.use(this.tool);
+    else this.hands[this.tool]?.show();
+    this.showBefore();
+  }
+
+  /** Show the page as it was before: without the draft of its tool, and as it was restored before. */
+  async showEarlier(on) {
+    if (!this.flat || this.earlier.hasAttribute("aria-disabled")) return;
+    this.isEarlier = on;
+    await this.use(this.tool);
+  }
+
+  showBefore() {
+    const possible = Boolean(this.details?.before) || (this.tool === "turn" && this.draft.isOpen);
+    able(this.earlier, possible ? "" : t("before.none"));
+    set(this.earlier, "aria-pressed", String(Boolean(this.isEarlier)));
   }
 
   get flat() {
     return Boolean(this.row?.restore && !this.row.failed && this.leaf?.layers.includes("page"));
   }
 
+  /** Whether the tool works on the scanner's picture. */
+  get isOnScan() {
+    return Boolean(this.row && this.hands[this.tool]?.isOnScan) && !this.isEarlier;
+  }
+
   async use(tool) {
     this.tool = tool;
+    this.wasOnScan = this.isOnScan;
     this.tools.show(tool);
     this.end();
-    const drawn = this.flat;
+    const drawn = this.flat || this.isOnScan;
     for (const [name, panel] of [["compare", this.compareBox], ["ruler", this.ruler.element], ["words", this.words.element]]) panel.hidden = !drawn || tool !== name;
-    this.layout.element.hidden = !this.row || tool !== "spine";
-    if (this.row && tool === "spine") this.layout.start(this.row);
-    this.layers.element.hidden = !drawn || tool === "model";
+    for (const [name, hand] of Object.entries(this.hands)) hand.element.hidden = !this.row || tool !== name;
+    this.layers.element.hidden = !this.flat || this.isOnScan || tool === "model";
     this.viewer.element.hidden = !drawn || tool === "model";
     this.model.element.hidden = !drawn || tool !== "model";
     this.zooms.hidden = !drawn || tool === "model";
     this.empty.hidden = drawn;
+    this.earlier.hidden = !this.flat || tool === "model";
+    this.showBefore();
+    if (!drawn || tool === "model") this.startHand();
     if (!drawn) return this.showEmpty();
     if (tool === "model") return this.model.show(this.row);
     this.model.leave();
     await this.showLayers();
+    if (this.tool !== tool) return undefined; // another one was chosen meanwhile
+    this.startHand();
     if (tool === "compare") {
       this.comparing.offer(["original", "master"].filter((name) => name === "original" || this.leaf.layers.includes(name)));
       this.comparing.show(this.against);
@@ -122,7 +209,14 @@ class PageScreen {
     return undefined;
   }
 
+  startHand() {
+    const hand = this.row && this.hands[this.tool];
+    if (hand) hand.isStill = this.isEarlier;
+    hand?.start(this.row, this.leaf?.part ?? "page");
+  }
+
   end() {
+    for (const [name, hand] of Object.entries(this.hands)) if (name !== this.tool) hand.end();
     this.compare.end();
     this.ruler.end();
     this.words.end();
@@ -135,10 +229,21 @@ class PageScreen {
   }
 
   showLayers() {
+    if (this.isOnScan) {
+      return this.viewer.show({ key: `${this.row.capture} original`, isScan: true }, [{ event: this.row.capture, layer: "original" }]);
+    }
     if (!this.flat) return undefined;
-    const { page_px: [width, height], dpi, prefix } = this.leaf;
-    const page = { key: `${this.row.page} ${prefix}`, width, height, dpi };
-    return this.viewer.show(page, this.layers.of(this.row, this.leaf));
+    const [event, leaf] = this.pictured();
+    const { page_px: [width, height], dpi, prefix } = leaf;
+    const page = { key: `${this.row.page} ${prefix} ${width} ${height}`, width, height, dpi };
+    return this.viewer.show(page, this.layers.of({ ...this.row, restore: event }, leaf));
+  }
+
+  /** The restoration that is shown, and its leaf: the present one, or the one before it. */
+  pictured() {
+    const { before } = this.details;
+    const leaf = this.isEarlier && before?.leaves.find(({ page_px: size, part }) => size && (part === this.leaf.part || before.leaves.length === 1));
+    return leaf ? [before.event, leaf] : [this.row.restore, this.leaf];
   }
 }
 

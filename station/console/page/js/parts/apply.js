@@ -1,0 +1,111 @@
+// Corrections of a page put on many: which fields, which pages and leaves; one step, and one undo.
+
+import { post } from "../api.js";
+import { fieldText, valueText, withFields } from "../corrections.js";
+import { field, openDialog } from "../dialog.js";
+import { h } from "../dom.js";
+import { number, pageName } from "../format.js";
+import { errorText } from "../notices.js";
+import { attempt, hindrance, store } from "../store.js";
+import { t } from "../strings.js";
+
+const TARGETS = ["this", "following", "all", "selected"];
+const SIDES = ["any", "left", "right"];
+const PARTS = ["page", "left", "right"];
+const MANY = 12; // pages that are named one by one
+
+/** The numbers of "3, 5-8"; null for what cannot be read. */
+export function pagesOf(text) {
+  const found = [];
+  for (const part of text.split(",")) {
+    const [, first, last] = part.trim().match(/^(\d{1,4})(?:\s*[-–]\s*(\d{1,4}))?$/) ?? [];
+    if (!first) return null;
+    for (let page = Number(first); page <= Number(last ?? first); page += 1) found.push(page);
+  }
+  return found;
+}
+
+/** Fields by their paths, put on the leaves of a side; "any": on both, and on whole pages. */
+export function editsFor(fields, side) {
+  const spread = Object.entries(fields).flatMap(([path, value]) => {
+    const [, rest] = path.match(/^parts\.\w+\.(.+)$/) ?? [];
+    return rest ? (side === "any" ? PARTS : [side]).map((part) => [`parts.${part}.${rest}`, value]) : [[path, value]];
+  });
+  return withFields({}, Object.fromEntries(spread));
+}
+
+function capturesOf(target, row, text) {
+  const rows = [...store.rows.values()].sort((one, two) => one.order - two.order);
+  const wanted = { this: [row], following: rows.filter(({ order }) => order >= row.order),
+    selected: pagesOf(text)?.map((page) => store.rows.get(page)) }[target];
+  if (!wanted?.length || wanted.includes(undefined)) return null;
+  return wanted.map(({ capture }) => capture);
+}
+
+function radios(label, name, choices, chosen, changed) {
+  const inputs = choices.map(([value, text]) => {
+    const input = h("input", { type: "radio", name, value, id: `${name}-${value}`, on: { change: changed } });
+    input.checked = value === chosen;
+    return h("label", { class: "check", for: input.id }, input, h("span", { text }));
+  });
+  return h("fieldset", { class: "choices" }, h("legend", { text: label }), inputs);
+}
+
+const chosenOf = (group) => group.querySelector(":checked").value;
+
+function boxes(offered, changed) {
+  return offered.map(({ path, value, isChosen }, at) => {
+    const input = h("input", { type: "checkbox", id: `apply-field-${at}`, value: path, on: { change: changed } });
+    input.checked = isChosen;
+    return h("label", { class: "check", for: input.id }, input, h("span", { text: `${fieldText(path)}: ${valueText(path, value)}` }));
+  });
+}
+
+function plannedText({ pages, own }) {
+  const kept = Object.entries(own).map(([page, fields]) =>
+    t("apply.own", { page: pageName(store.rows.get(Number(page))), fields: fields.map(fieldText).join(", ") }));
+  const named = pages.length > MANY ? "" : pages.map((page) => pageName(store.rows.get(page))).join(", ");
+  return [t("apply.pages", { n: number(pages.length) }) + (named && `: ${named}`), ...kept];
+}
+
+/** Ask for the pages. fields: [{path, value, isChosen}], of which the operator chooses; `done` gets what the server made and its edits. */
+export function openApply(row, part, fields, done) {
+  const planned = h("ul", { class: "soft" });
+  let asked = 0;
+  const changed = () => show();
+  const checks = h("fieldset", { class: "choices" }, h("legend", { text: t("apply.fields") }), boxes(fields, changed));
+  const targets = radios(t("apply.to"), "apply", TARGETS.map((name) => [name, t(`apply.${name}`)]), "following", changed);
+  const sides = radios(t("leaf"), "leaves", SIDES.map((name) => [name, t(`leaves.${name}`)]), part === "page" ? "any" : part, changed);
+  const selected = h("input", { maxlength: 2000, autocomplete: "off", on: { input: changed } });
+  const named = field(t("apply.numbers"), selected);
+  const later = h("input", { type: "checkbox", id: "apply-future", on: { change: changed } });
+  const rule = () => {
+    const chosen = [...checks.querySelectorAll(":checked")].map((one) => fields.find(({ path }) => path === one.value));
+    const target = chosenOf(targets);
+    const captures = target === "all" ? "all" : capturesOf(target, row, selected.value);
+    if (!captures || !chosen.length) return null;
+    const edits = editsFor(Object.fromEntries(chosen.map(({ path, value }) => [path, value])), chosenOf(sides));
+    return { scope: { captures, future: later.checked }, edits };
+  };
+  const show = async () => {
+    named.hidden = chosenOf(targets) !== "selected";
+    const [wanted, mine] = [rule(), asked += 1];
+    const plan = wanted && await post("/api/rules/plan", wanted).catch((error) => ({ error }));
+    if (mine !== asked) return;
+    const lines = !plan ? [t("apply.none")] : plan.error ? [errorText(plan.error)] : plannedText(plan);
+    planned.replaceChildren(...lines.map((text) => h("li", { text })));
+  };
+  const send = async () => {
+    const [wanted, why] = [rule(), hindrance()];
+    if (!wanted || why) {
+      planned.replaceChildren(h("li", { text: t(why || "apply.none") }));
+      return false;
+    }
+    const made = await attempt(() => post("/api/rules", wanted));
+    if (made) done(made, wanted.edits);
+    return Boolean(made);
+  };
+  show();
+  return openDialog(t("apply.title"), [checks, targets, named, sides,
+    h("label", { class: "check", for: "apply-future" }, later, h("span", { text: t("apply.future") })), h("div", { role: "status" }, planned)], { ok: t("apply"), send });
+}

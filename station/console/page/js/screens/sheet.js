@@ -1,0 +1,311 @@
+// The contact sheet: all leaves of the volume, as openings or singles; their order, their labels, and what is left out.
+
+import { actions } from "../actions.js";
+import { get, keyed, post, put } from "../api.js";
+import { button, h, icon, placeholder, segmented, set, setIcon, setText } from "../dom.js";
+import { number } from "../format.js";
+import { levelIcon } from "../parts/strip.js";
+import { attempt, on, store } from "../store.js";
+import { t } from "../strings.js";
+
+const [WIDTH, HEIGHT] = [148, 208]; // px of a cell, as the style sheet has it
+const [PADDING, GAP] = [8, 16]; // px around the sheet; between two openings
+const SPARE = 2; // lines above and below those in sight
+const DRAG_PX = 6; // less is a click
+
+/** Places of leaves as openings: left ones on even places, right ones on odd; null: nothing lies there. */
+export function openings(leaves) {
+  const slots = [];
+  for (const leaf of leaves) {
+    const isOdd = slots.length % 2 === 1;
+    if (leaf.side === "right" ? !isOdd : isOdd) slots.push(null);
+    slots.push(leaf);
+    if (leaf.side !== "left" && leaf.side !== "right") slots.push(null); // a whole opening, a single sheet
+  }
+  return slots;
+}
+
+function cell(sheet) {
+  const picture = h("img", { alt: "", width: 124, height: 150, loading: "lazy", decoding: "async", on: { error: () => picture.classList.add("gone") } });
+  const label = h("span", { class: "card-label" });
+  const level = icon("circle-help");
+  const done = icon("check");
+  const out = icon("x");
+  const element = h("div", { class: "leaf", role: "option", on: {
+    click: (event) => sheet.click(Number(element.dataset.at), event),
+    dblclick: () => sheet.open(),
+    pointerdown: (event) => sheet.grab(Number(element.dataset.at), event),
+  } }, picture, h("span", { class: "card-foot" }, label, out, done, level));
+  return { element, show: (leaf, slot, at, total, columns) => {
+    const row = store.rows.get(leaf.page);
+    Object.assign(element, { id: `leaf-${at}` });
+    element.dataset.at = at;
+    const column = slot % columns;
+    element.style.transform = `translate(${column * WIDTH + sheet.gap * Math.floor(column / 2)}px, ${Math.floor(slot / columns) * HEIGHT}px)`;
+    set(element, "aria-selected", String(sheet.chosen.has(leaf.name)));
+    set(element, "data-active", at === sheet.at);
+    set(element, "data-cut", sheet.cut.includes(leaf.name));
+    set(element, "data-out", leaf.left_out);
+    set(element, "data-missing", leaf.missing.length > 0);
+    set(element, "aria-setsize", total);
+    set(element, "aria-posinset", at + 1);
+    set(element, "aria-label", spoken(leaf, row));
+    set(element, "title", leaf.missing.length ? t("sheet.missing", { labels: leaf.missing.join(", ") }) : null);
+    setText(label, leaf.label || "–");
+    setIcon(level, levelIcon(row?.failed ? "red" : row?.level));
+    set(level, "data-level", row?.level);
+    out.classList.toggle("gone", !leaf.left_out);
+    done.classList.toggle("gone", !row?.accepted);
+    const source = keyed(`/api/pictures/${leaf.event}/${leaf.layer}/thumbnail.jpg`);
+    if (picture.getAttribute("src") === source) return;
+    picture.classList.remove("gone");
+    picture.src = source;
+  } };
+}
+
+function spoken(leaf, row) {
+  return [t("sheet.leaf", { name: leaf.name, label: leaf.label || "–" }), row?.level && t(`level.${row.level}`), row?.accepted && t("state.accepted"),
+    leaf.left_out && t("sheet.out"), leaf.missing.length && t("sheet.missing", { labels: leaf.missing.join(", ") })].filter(Boolean).join(", ");
+}
+
+class ContactSheet {
+  constructor() {
+    Object.assign(this, { leaves: [], slots: [], places: [], at: 0, chosen: new Set(), cut: [], view: "openings", cells: [] });
+    this.sizer = h("div", { class: "sheet-sizer", role: "listbox", tabindex: "0", "data-first": "", "aria-multiselectable": "true", "aria-label": t("screen.sheet"),
+      "data-own-keys": "", on: { keydown: (event) => this.key(event) } });
+    this.scroller = h("div", { class: "sheet-scroller", on: { scroll: () => this.later() } }, this.sizer);
+    this.views = segmented(t("sheet.view"), [["openings", t("sheet.openings")], ["singles", t("sheet.singles")]], (view) => { this.view = view; this.arrange(); });
+    this.count = h("span", { class: "soft" });
+    this.said = h("p", { class: "soft", role: "status" });
+    this.input = h("input", { class: "leaf-label", maxlength: 100, autocomplete: "off", hidden: true, "aria-label": t("action.label"),
+      on: { keydown: (event) => this.labelKey(event), blur: () => this.closeLabel() } });
+    this.none = h("div", { class: "viewer-empty", hidden: true }, placeholder("first-page", t("page.none"), t("page.none.text")));
+    this.element = h("div", { class: "screen sheet-screen" },
+      h("div", { class: "viewer-head" }, h("h1", { class: "page-title", text: t("screen.sheet") }), this.count, this.views.element,
+        button(t("sheet.cut"), { key: "^X", click: () => this.take() }), button(t("sheet.paste"), { key: "^V", click: () => this.paste() }),
+        button(t("sheet.toggle"), { key: "Del", click: () => this.toggle() }), button(t("action.label"), { icon: "pencil", key: "F2", click: () => this.openLabel() })),
+      this.said, this.none, this.scroller);
+    for (const event of ["rows", "row"]) on(event, () => { if (this.element.isConnected) this.load(); });
+    new ResizeObserver(() => this.arrange()).observe(this.scroller);
+  }
+
+  enter() {
+    this.views.show(this.view);
+    this.load();
+  }
+
+  async load() {
+    const asked = this.asked = (this.asked ?? 0) + 1;
+    const found = await get("/api/leaves").catch(() => null);
+    if (found && asked === this.asked) this.takeOver(found);
+  }
+
+  takeOver({ leaves }) {
+    const active = this.leaves[this.at]?.name;
+    this.leaves = leaves;
+    this.at = Math.max(leaves.findIndex(({ name }) => name === active), 0);
+    const names = new Set(leaves.map(({ name }) => name));
+    this.chosen = new Set([...this.chosen].filter((name) => names.has(name)));
+    this.cut = this.cut.filter((name) => names.has(name));
+    this.arrange();
+  }
+
+  /** Between two openings, in px. */
+  get gap() {
+    return this.view === "openings" ? GAP : 0;
+  }
+
+  get columns() {
+    const width = this.scroller.clientWidth - 2 * PADDING;
+    if (this.view === "openings") return 2 * Math.max(Math.floor((width + GAP) / (2 * WIDTH + GAP)), 1);
+    return Math.max(Math.floor(width / WIDTH), 1);
+  }
+
+  arrange() {
+    this.slots = this.view === "openings" ? openings(this.leaves) : this.leaves;
+    this.places = [];
+    this.slots.forEach((leaf, slot) => { if (leaf) this.places.push(slot); });
+    this.views.show(this.view);
+    setText(this.count, number(this.leaves.length));
+    this.none.hidden = this.leaves.length > 0;
+    this.sizer.style.height = `${Math.ceil(this.slots.length / this.columns) * HEIGHT}px`;
+    this.sizer.style.width = `${this.columns * WIDTH + this.gap * (this.columns / 2 - 1)}px`;
+    this.later();
+  }
+
+  later() {
+    this.waiting ||= requestAnimationFrame(() => { this.waiting = 0; this.draw(); });
+  }
+
+  draw() {
+    const { columns, scroller } = this;
+    const [first, last] = [Math.floor(scroller.scrollTop / HEIGHT) - SPARE, Math.ceil((scroller.scrollTop + scroller.clientHeight) / HEIGHT) + SPARE];
+    const seen = this.places.map((slot, at) => [slot, at]).filter(([slot]) => slot >= first * columns && slot < last * columns);
+    while (this.cells.length < seen.length) this.sizer.append((this.cells[this.cells.length] = cell(this)).element);
+    this.cells.forEach(({ element }) => { element.hidden = true; });
+    for (const [slot, at] of seen) {
+      const one = this.cells[at % this.cells.length]; // a leaf keeps its element while the sheet scrolls
+      one.element.hidden = false;
+      one.show(this.leaves[at], slot, at, this.leaves.length, columns);
+    }
+    set(this.sizer, "aria-activedescendant", seen.some(([, at]) => at === this.at) ? `leaf-${this.at}` : null);
+  }
+
+  reveal() {
+    const top = Math.floor((this.places[this.at] ?? 0) / this.columns) * HEIGHT;
+    const { scrollTop, clientHeight } = this.scroller;
+    if (top < scrollTop) this.scroller.scrollTop = top;
+    else if (top + HEIGHT > scrollTop + clientHeight) this.scroller.scrollTop = top + HEIGHT - clientHeight;
+    this.later();
+  }
+
+  /** Make a leaf the active one; shift: choose all between, ctrl: choose it as well. */
+  go(at, { shiftKey, ctrlKey, metaKey } = {}) {
+    if (!this.leaves.length) return;
+    const to = Math.min(Math.max(at, 0), this.leaves.length - 1);
+    if (shiftKey) {
+      const [low, high] = [Math.min(this.anchor ?? this.at, to), Math.max(this.anchor ?? this.at, to)];
+      this.anchor ??= this.at;
+      this.chosen = new Set(this.leaves.slice(low, high + 1).map(({ name }) => name));
+    } else {
+      this.anchor = to;
+      if (ctrlKey || metaKey) this.choose(to);
+    }
+    this.at = to;
+    this.reveal();
+  }
+
+  choose(at) {
+    const { name } = this.leaves[at];
+    if (!this.chosen.delete(name)) this.chosen.add(name);
+  }
+
+  click(at, event) {
+    if (this.isDragged) return;
+    if (!event.shiftKey && !event.ctrlKey && !event.metaKey) this.chosen = new Set([this.leaves[at].name]);
+    this.go(at, event);
+  }
+
+  /** The leaves that an action is for: those chosen, else the active one. */
+  get meant() {
+    const chosen = this.leaves.filter(({ name }) => this.chosen.has(name));
+    return chosen.length ? chosen : this.leaves.slice(this.at, this.at + 1);
+  }
+
+  key(event) {
+    const { key, ctrlKey, metaKey } = event;
+    const lines = this.columns;
+    const steps = { ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity }[key];
+    const acts = { ArrowDown: () => this.go(this.beyond(lines), event), ArrowUp: () => this.go(this.beyond(-lines), event),
+      " ": () => { this.choose(this.at); this.later(); }, Delete: () => this.toggle(), F2: () => this.openLabel(), Enter: () => this.open(),
+      u: () => actions.undo(), U: () => actions.redo(), Escape: () => { this.chosen.clear(); this.cut = []; this.later(); } };
+    if (!this.leaves.length) return;
+    if (ctrlKey || metaKey) {
+      if (key === "x") this.take();
+      else if (key === "v") this.paste();
+      else return;
+    } else if (steps) this.go(this.at + steps, event);
+    else if (acts[key]) acts[key]();
+    else return;
+    event.preventDefault();
+  }
+
+  /** The leaf nearest to the place that is so many places farther. */
+  beyond(places) {
+    const wanted = this.places[this.at] + places;
+    if (wanted < 0) return this.at;
+    const found = this.places.findIndex((slot) => slot >= wanted);
+    return found < 0 ? (wanted >= this.slots.length + this.columns ? this.at : this.leaves.length - 1) : found;
+  }
+
+  take() {
+    this.cut = this.meant.map(({ name }) => name);
+    setText(this.said, t("sheet.taken", { n: number(this.cut.length) }));
+    this.later();
+  }
+
+  paste() {
+    if (!this.cut.length) return setText(this.said, t("sheet.nothing"));
+    return this.move(this.cut, this.leaves[this.at].name);
+  }
+
+  async move(names, before) {
+    if (names.includes(before)) return;
+    const found = await attempt(() => post("/api/order", { leaves: names, before }));
+    if (!found) return;
+    this.cut = [];
+    setText(this.said, t("sheet.moved", { n: number(names.length), before: before ?? "–" }));
+    this.takeOver(found);
+  }
+
+  /** Leave the meant leaves out, or put them back where all of them are out. */
+  async toggle() {
+    const out = !this.meant.every((leaf) => leaf.left_out);
+    for (const { name } of this.meant) {
+      const found = await attempt(() => put("/api/leaves", { leaf: name, left_out: out }));
+      if (!found) return;
+      this.takeOver(found);
+    }
+    setText(this.said, t(out ? "sheet.went" : "sheet.returned"));
+  }
+
+  open() {
+    if (this.leaves.length) location.hash = `#/page/${this.leaves[this.at].page}`;
+  }
+
+  openLabel() {
+    const element = document.getElementById(`leaf-${this.at}`);
+    if (!element) return;
+    this.labelled = this.leaves[this.at];
+    this.input.value = this.labelled.label;
+    this.input.style.transform = element.style.transform;
+    this.input.hidden = false;
+    this.sizer.after(this.input);
+    this.input.select();
+    this.input.focus();
+  }
+
+  closeLabel() {
+    this.input.hidden = true;
+  }
+
+  async labelKey(event) {
+    event.stopPropagation();
+    if (event.key !== "Enter" && event.key !== "Escape") return;
+    event.preventDefault();
+    const [label, { name }] = [this.input.value.trim(), this.labelled];
+    this.sizer.focus();
+    if (event.key === "Escape") return;
+    const found = await attempt(() => put("/api/leaves", { leaf: name, label }));
+    if (found) this.takeOver(found);
+  }
+
+  /** Drag a leaf, or those that are chosen with it, before the one that it is dropped on. */
+  grab(at, down) {
+    if (down.button !== 0 || down.pointerType === "touch") return; // a finger scrolls
+    this.isDragged = false;
+    const end = new AbortController();
+    const { signal } = end;
+    const target = (event) => document.elementFromPoint(event.clientX, event.clientY)?.closest(".leaf");
+    addEventListener("pointermove", (event) => {
+      if (Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) > DRAG_PX) this.isDragged = true;
+      const over = this.isDragged ? target(event) : null;
+      for (const { element } of this.cells) set(element, "data-over", element === over);
+    }, { signal });
+    addEventListener("pointerup", (event) => {
+      end.abort();
+      for (const { element } of this.cells) set(element, "data-over", null);
+      const over = this.isDragged ? target(event) : null;
+      if (!over) return;
+      const { name } = this.leaves[at];
+      this.move(this.chosen.has(name) ? this.meant.map((leaf) => leaf.name) : [name], this.leaves[Number(over.dataset.at)].name);
+    }, { signal });
+    down.preventDefault();
+    this.sizer.focus({ preventScroll: true });
+  }
+}
+
+/** The screen, made once. */
+export default function sheetScreen() {
+  return new ContactSheet();
+}

@@ -1,0 +1,36 @@
+"""Routes of the contact sheet: leaf sides, their order and their labels."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import APIRouter
+
+from station.console.routes.answers import FAULTS, Acting, Looking
+from station.console.routes.requests import ChangedLeaf, MovedLeaves
+from station.console.shown_pages.leaves import shown_leaves
+from station.console.state.arranging import change_leaf, move_leaves
+
+router = APIRouter(prefix="/api", responses=FAULTS)
+
+
+@router.get("/leaves")
+def leaves(app_state: Looking) -> dict[str, Any]:
+    """Return the leaf sides of the volume, in their order."""
+    return {"leaves": shown_leaves(app_state.opened().session)}
+
+
+@router.post("/order")
+def order(app_state: Acting, wanted: MovedLeaves) -> dict[str, Any]:
+    """Move leaf sides before another one, and return all in their order."""
+    opened = app_state.writable()
+    move_leaves(opened, wanted.leaves, wanted.before)
+    return {"leaves": shown_leaves(opened.session)}
+
+
+@router.put("/leaves")
+def change(app_state: Acting, wanted: ChangedLeaf) -> dict[str, Any]:
+    """Leave a leaf side out, put it back or set its label, and return all."""
+    opened = app_state.writable()
+    change_leaf(opened, wanted.leaf, left_out=wanted.left_out, label=wanted.label)
+    return {"leaves": shown_leaves(opened.session)}

@@ -1,0 +1,119 @@
+"""The contact sheet: thousands of leaves, moved by drag and by keys, left out, put back and labelled."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from oracles.console import CannedStation
+from oracles.console.browser import violations
+from station.console.vendored import PAGE
+
+MANY = 3000
+
+
+@pytest.fixture
+def sheet(show, canned):
+    """Open the contact sheet by its key."""
+
+    def opened(station=canned, **look):
+        page = show(station, "page/1", **look)
+        page.locator(".light").first.wait_for()
+        page.keyboard.press("g")
+        page.locator("#leaf-0").wait_for()
+        page.locator(".sheet-sizer:focus").wait_for()
+        return page
+
+    return opened
+
+
+def leaf(page, name):
+    return page.get_by_role("option", name=re.compile(rf"^Leaf {name}, "))
+
+
+def changes(canned):
+    return [(path, body) for path, body in canned.pressed if path in ("/api/order", "/api/leaves")]
+
+
+def names(canned):
+    return [one["name"] for one in canned.leaves]
+
+
+def test_leaves_lie_as_openings_or_singles(sheet, canned):
+    page = sheet()
+    left = page.locator(".sheet-sizer").bounding_box()["x"]
+    one, two, three = (leaf(page, name).bounding_box() for name in (1, 2, 3))
+    assert left < one["x"] < two["x"] < three["x"]  # the first page lies right: nothing is to the left of it
+    page.get_by_role("button", name="Singles").click()
+    page.locator("#leaf-0[style*='translate(0px']").wait_for()
+    assert changes(canned) == []
+
+
+def test_leaves_are_moved_by_keys_alone(sheet, canned):
+    page = sheet()
+    for key in ("ArrowRight", "Shift+ArrowRight", "Control+x", "End", "Control+v"):
+        page.keyboard.press(key)
+    page.get_by_text("Moved before 10: 2; u undoes it", exact=True).wait_for()
+    assert changes(canned) == [("/api/order", {"leaves": ["2", "3"], "before": "10"})]
+    assert names(canned)[-3:] == ["2", "3", "10"]
+    with page.expect_response("**/api/press"):
+        page.keyboard.press("u")
+    assert canned.pressed[-1] == ("/api/press", {"action": "undo"})
+
+
+def test_a_leaf_is_moved_by_drag(sheet, canned):
+    page = sheet()
+    page.get_by_role("button", name="Singles").click()
+    page.locator(".leaf[aria-posinset='2']").wait_for()
+    start, end = leaf(page, 5).bounding_box(), leaf(page, 2).bounding_box()
+    page.mouse.move(start["x"] + 60, start["y"] + 60)
+    page.mouse.down()
+    page.mouse.move(end["x"] + 60, end["y"] + 60, steps=4)
+    page.locator(".leaf[data-over]").wait_for()
+    page.mouse.up()
+    page.get_by_text("Moved before 2: 1; u undoes it", exact=True).wait_for()
+    assert names(canned)[:4] == ["1", "5", "2", "3"]
+
+
+def test_leaves_are_left_out_put_back_and_labelled(sheet, canned):
+    page = sheet()
+    page.keyboard.press("Delete")
+    leaf(page, 1).and_(page.locator("[data-out]")).wait_for()
+    page.get_by_text("Left out; they are kept", exact=True).wait_for()
+    page.keyboard.press("Delete")
+    page.get_by_text("Put back", exact=True).wait_for()
+    page.keyboard.press("F2")
+    page.get_by_role("textbox", name="Label").fill("ii")
+    page.keyboard.press("Enter")
+    page.get_by_role("option", name="Leaf 1, label ii").wait_for()
+    page.keyboard.press("F2")
+    page.get_by_role("textbox", name="Label").fill("wrong")
+    page.keyboard.press("Escape")
+    page.get_by_role("textbox", name="Label").wait_for(state="hidden")
+    assert [body for _, body in changes(canned)] == [
+        {"leaf": "1", "left_out": True},
+        {"leaf": "1", "left_out": False},
+        {"leaf": "1", "label": "ii"},
+    ]
+
+
+def test_of_thousands_of_leaves_only_those_in_sight_are_elements(sheet):
+    page = sheet(CannedStation(PAGE, pages=MANY))
+    assert page.locator(".leaf").count() < 100
+    page.keyboard.press("End")
+    leaf(page, MANY).wait_for()
+    assert page.locator(".leaf").count() < 100
+    assert leaf(page, MANY).get_attribute("aria-setsize") == str(MANY)
+
+
+@pytest.mark.parametrize("look", [("dark", "en"), ("light", "de")], ids="-".join)
+def test_axe_finds_nothing(sheet, canned, axe, look):
+    canned.leaves[2] |= {"left_out": True, "missing": ["[3]"]}
+    page = sheet(theme=look[0], language=look[1])
+    page.keyboard.press("Space")
+    page.locator(".leaf[aria-selected=true]").wait_for()
+    assert violations(page, axe) == []
+    page.keyboard.press("F2")
+    page.locator(".leaf-label:focus").wait_for()
+    assert violations(page, axe) == []
