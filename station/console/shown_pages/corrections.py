@@ -48,8 +48,8 @@ def corrections_of(session: Session, number: int) -> dict[str, Any]:
         "preset_shading": Settings.model_validate(preset.settings).shading,
         "outdated": needs_restoration(session, page),
         "restore": None if restored is None else restored.number,
-        "restored": None if restored is None else dict(restored.facts["parameters"]).get("edits"),
-        "parts": {} if restored is None else _sizes(restored.facts["result"]),
+        "restored": None if restored is None else dict(restored.facts.get("parameters", {})).get("edits"),
+        "parts": {} if restored is None else _sizes(restored.facts.get("result", {})),
     }
 
 
