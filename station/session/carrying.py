@@ -15,12 +15,11 @@ import numpy as np
 
 from restore import RangeScan, RestoredPage, RestoreError, Settings, SurfaceMesh, find_leaves, load_scan, restore
 from restore.scan import Bytes, Floats
-from station.session.correcting import correct
 from station.session.events import Event, slot_of
 from station.session.history import History
 from station.session.rules import CARRIED, DROPPED, EDITS
 from station.session.steps import scan_path
-from station.session.store import Session, Writer
+from station.session.store import Session
 from station.verdict.same_page import fingerprint, similarity
 
 SAME_PAGE = 0.84  # similarity of fingerprints, the amber limit of the quality check
@@ -32,16 +31,6 @@ SETTINGS = Settings(points=1000, dpi=DPI)
 
 Scan = RangeScan | SurfaceMesh
 Move = Callable[[Floats], Floats]
-
-
-def carry(writer: Writer, earlier: Event, later: Event) -> Event | None:
-    """Carry corrections to a scan from the one that it replaces.
-
-    Returns the event.
-    Points that do not fit are dropped, and `by` says so. None where there was nothing to carry. Raises OSError.
-    """
-    edits = _edits_of(writer.history, earlier)
-    return None if not edits else correct(writer, later.page, carried_edits(writer.session, earlier, later, edits))
 
 
 def uncarried(history: History, later: Event) -> tuple[Event, Mapping[str, Any]] | None:

@@ -8,7 +8,7 @@ import pytest
 
 from drivers.simulated.scene.artwork import Text
 from station.session import add_scan, correct, open_session, record_run, undo
-from station.session.carrying import carried, carry, register_pages, without_points
+from station.session.carrying import carried, carried_edits, register_pages, uncarried, without_points
 from station.session.checking import record_verdict
 from station.session.parts import RESTORE
 from station.verdict.same_page import fingerprint
@@ -19,6 +19,7 @@ EDITS = {
     "kind": "spread",
     "parts": {"left": {"turn": 1, "masks": [MASK], "outline": MASK["polygon"]}},
 }
+GIVEN = {"kind": "spread", "by": {"operator": "A. B.", "tool": "cli"}}  # corrections without points
 
 
 def page(seed: int) -> np.ndarray:
@@ -51,12 +52,14 @@ def test_a_page_registers_with_itself_turned_and_not_with_a_blank_one():
 def test_corrections_without_points_are_carried_at_once_and_undo_takes_them_back(volume, tiny_scan):
     with open_session(volume) as writer:
         earlier = add_scan(writer, tiny_scan, facts={})
-        correct(writer, 1, {"kind": "spread", "by": {"operator": "A. B.", "tool": "cli"}})
+        correct(writer, 1, GIVEN)
         later = add_scan(writer, tiny_scan, page=1, facts={})
-        event = carry(writer, earlier, later)
+        assert uncarried(writer.history, later) == (earlier, GIVEN)
+        event = correct(writer, 1, carried_edits(writer.session, earlier, later, GIVEN))
         assert event.facts["value"] == {"kind": "spread", "by": {"operator": "A. B.", "tool": "carried"}}
         undo(writer)
         assert "edits" not in writer.history.page(1).decisions
+        assert uncarried(writer.history, later) is None  # what was undone is not carried again
 
 
 def test_points_that_do_not_fit_are_dropped_and_the_page_is_amber(volume, tiny_scan):
@@ -65,7 +68,7 @@ def test_points_that_do_not_fit_are_dropped_and_the_page_is_amber(volume, tiny_s
         earlier = add_scan(writer, tiny_scan, facts={})
         correct(writer, 1, EDITS)
         later = add_scan(writer, tiny_scan, page=1, facts={})
-        event = carry(writer, earlier, later)
+        event = correct(writer, 1, carried_edits(writer.session, earlier, later, EDITS))
         assert event.facts["value"]["by"] == {"tool": "dropped"}
         assert "spine" not in event.facts["value"]
         result = {"measures": {"fingerprint": fingerprint(page(1))}}
