@@ -83,10 +83,10 @@ def test_views_that_do_not_determine_an_axis_are_rejected(turns) -> None:
         axis_of_corners(views(axis, turns), turns)
 
 
-def test_one_shared_marker_is_rejected() -> None:
+def test_one_marker_in_common_is_rejected() -> None:
     axis = RotationAxis(np.array([0.0, 0.0, -900.0]), unit(0, 0, 1))
     first, second = views(axis, [0.0, 90.0])
-    with pytest.raises(BadInput, match="share 1 markers"):
+    with pytest.raises(BadInput, match="1 markers of the board in common"):
         axis_of_corners([first, {0: second[0]}], [0.0, 90.0])
 
 
