@@ -20,8 +20,10 @@ serve: setup .venv/.extra-console $(VENDORED)
 
 # Files of tests lie in memory where it has room for 4 GB: a session waits for the disk with each of its events.
 MEMORY := $(shell [ "$$(df -k --output=avail /dev/shm 2>/dev/null | tail -n 1)" -ge 4000000 ] 2>/dev/null && echo /dev/shm)
+# A process more than there are cores: some tests wait for a terminal or a browser.
+PROCESSES := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n + 1 : 4)))
 PYTEST := $(if $(MEMORY),PYTEST_DEBUG_TEMPROOT=$(MEMORY)) \
-	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal --durations=10
+	$(BIN)/python -m pytest -n $(PROCESSES) --dist worksteal --durations=10
 
 LINT := $(BIN)/ruff check . && $(BIN)/mypy && $(BIN)/lint-imports
 
