@@ -27,13 +27,16 @@ def uncertainty_pyramid(session: Session, event: Event, prefix: str = "") -> Sto
 
 
 def uncertainty_scale(session: Session, event: Event, prefix: str = "") -> dict[str, Any]:
-    """Return the scale of the uncertainty: its colours, its end, the report's figures, mm."""
-    result = event.facts["result"]
+    """Return the scale of the uncertainty: its colours, its end, the report's figures, mm.
+
+    Raises ConsoleFault, BadInput, OSError.
+    """
+    values, result = _values(session, event, prefix), event.facts.get("result", {})
     report = parts_of(result).get(prefix.removesuffix(".") or PAGE, result)
     return {
         "unit": "mm",
         "uncertainty_mm": report.get("uncertainty_mm", {}),
-        "end": end_of_scale(_values(session, event, prefix)),
+        "end": end_of_scale(values),
         "colours": ["#{:02x}{:02x}{:02x}".format(*colour.astype(int)) for colour in UNSIGNED],
     }
 

@@ -170,6 +170,8 @@ def test_what_is_not_there_is_not_found(viewed):
         f"pictures/{row['restore']}/master.dzi",
         f"pictures/{row['capture']}/page.dzi",
         f"pictures/{row['restore']}/original.dzi",
+        f"pictures/{row['capture']}/uncertainty/scale",
+        f"pictures/{row['restore']}/uncertainty/scale",
         "pictures/999/page.dzi",
         f"pictures/{row['restore']}/page_files/30/0_0.jpg",
         f"pictures/{row['restore']}/page_files/3/9_0.jpg",
