@@ -22,6 +22,7 @@ POLICY = (
 
 class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
+    disable_nagle_algorithm = True  # head and body of an answer are two writes
     station: CannedStation
 
     def do_GET(self) -> None:

@@ -70,6 +70,8 @@ class Connections:
         is_made = False
         try:
             with suppress(OSError):  # refused, given up or late: the client sees it
+                # Head and body of an answer are two writes: Nagle's algorithm would hold the second for 40 ms.
+                line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 await asyncio.get_running_loop().connect_accepted_socket(lambda: connection, line, ssl=self._tls, **tls)
                 is_made = True
         finally:

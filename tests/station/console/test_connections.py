@@ -46,6 +46,8 @@ def test_the_longest_silent_one_makes_room_and_busy_ones_do_not():
             await asyncio.sleep(0.05)
             assert connections.count == 3
             assert [one.transport.is_closing() for one in made] == [False, True, True, False, False]
+            lasting = [one.transport.get_extra_info("socket") for one in (made[0], made[3], made[4])]
+            assert all(one.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY) for one in lasting)  # else 40 ms more
             for one in made:
                 one.on_phase(one, Phase.BUSY)
             lines.append(socket.create_connection(listener.getsockname()))
