@@ -21,7 +21,7 @@ serve: setup .venv/.extra-console $(VENDORED)
 # Files of tests lie in memory where it has room for 4 GB: a session waits for the disk with each of its events.
 MEMORY := $(shell [ "$$(df -k --output=avail /dev/shm 2>/dev/null | tail -n 1)" -ge 4000000 ] 2>/dev/null && echo /dev/shm)
 # A process more than there are cores: some tests wait for a terminal or a browser.
-PROCESSES := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n + 1 : 4)))
+PROCESSES := $(shell n=$$(OMP_NUM_THREADS= nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n + 1 : 4)))
 PYTEST := $(if $(MEMORY),PYTEST_DEBUG_TEMPROOT=$(MEMORY)) \
 	$(BIN)/python -m pytest -n $(PROCESSES) --dist worksteal --durations=10
 
