@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from station.commands.corrections import DryRun
+from station.commands.corrections import Assignments, DryRun
 from station.commands.options import Debug, Json
 from station.commands.sessions import Index, Named, find_session, writing
 from station.commands.terminal import print_result, report_faults
@@ -15,10 +15,7 @@ from station.commands.terminal import print_result, report_faults
 
 def about(
     session: Named,
-    assignments: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="FIELD=VALUE", help="Set a field; nothing after = takes it away. Repeatable."),
-    ] = None,
+    assignments: Assignments = None,
     imported: Annotated[
         Path | None, typer.Option("--from", metavar="FILE", help="Take the fields of a MODS, Dublin Core or TOML file.")
     ] = None,

@@ -16,16 +16,17 @@ if TYPE_CHECKING:
 
 Operator = Annotated[str, typer.Option(help="Name of who corrects, recorded with it.", envvar="PLANISH_OPERATOR")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Show what would change; record nothing.")]
+Assignments = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="FIELD=VALUE", help="Set a field; nothing after = takes it away. Repeatable."),
+]
 TO = "all, left, right, following:PAGE, or pages: 3,5-8"
 
 
 def edits(
     session: Named,
     page: Annotated[str, typer.Argument(metavar="PAGE[/left|/right]", help="A page, or one leaf of it.")],
-    assignments: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="FIELD=VALUE", help="Set a field; nothing after = takes it away. Repeatable."),
-    ] = None,
+    assignments: Assignments = None,
     imported: Annotated[
         Path | None, typer.Option("--import", metavar="FILE", help="Take the corrections of a file.")
     ] = None,
