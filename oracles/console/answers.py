@@ -33,6 +33,7 @@ def row(number: int) -> Values:
         **ANSWERS["row"],
         **{"page": number, "position": number, "order": float(number), "label": str(number), "level": level},
         **{"side": "left" if number % 2 == 0 else "right", "accepted": number % 3 > 0, "marked": number % 8 == 0},
+        "parts": [{"part": "page", "name": str(number), "label": str(number), "side": "", "tag": 0}],
         "rank": {"green": 0.0, "amber": 1.2, "red": 2.4}[level],
         **{"capture": 2 * number, "restore": 2 * number + 1},
     }
@@ -43,7 +44,7 @@ def leaf(number: int) -> Values:
     of = row(number)
     return {
         **{"name": str(number), "page": number, "part": "page", "label": of["label"], "side": of["side"], "kind": ""},
-        **{"position": number, "left_out": False, "missing": [], "event": of["restore"], "layer": "page"},
+        **{"tag": 0, "position": number, "left_out": False, "missing": [], "event": of["restore"], "layer": "page"},
     }
 
 

@@ -99,7 +99,7 @@ class CannedStation:
         return {"error": {"key": key, "text": "not there", "hint": ""}}
 
     def arrange(self, body: Values) -> Values:
-        """Move leaves of the contact sheet, or change one."""
+        """Move leaves of the contact sheet, or change one; no window is ahead of another."""
         moved = [one for name in body.get("leaves", ()) for one in self.leaves if one["name"] == name]
         rest = [one for one in self.leaves if one not in moved]
         at = next((at for at, one in enumerate(rest) if one["name"] == body.get("before")), len(rest))
@@ -107,7 +107,7 @@ class CannedStation:
         for one in self.leaves:
             if one["name"] == body.get("leaf"):
                 one.update({key: value for key, value in body.items() if key in ("label", "left_out")})
-        return {"leaves": self.leaves}
+        return {"tag": 0, "leaves": self.leaves}
 
     def answer(self, path: str) -> Values | None:
         """The JSON of a path, None for none."""
@@ -131,7 +131,7 @@ class CannedStation:
                 "pages": [self.row(n) for n in range(1, self.pages + 1)],
                 "current": self.pages or None,
             },
-            "/api/leaves": lambda: {"leaves": self.leaves},
+            "/api/leaves": lambda: {"tag": 0, "leaves": self.leaves},
             "/api/sessions": lambda: {
                 "root": "/srv/planish",
                 "sessions": ANSWERS["sessions"] if self.sessions is None else self.sessions,

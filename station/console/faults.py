@@ -70,6 +70,15 @@ class ConsoleFault(Exception):
         self.key, self.hint, self.data = key, hint, data
         self.status, self.headers = status or STATUS[key], dict(headers or {})
 
+    @classmethod
+    def changed(cls, text: str, current: Mapping[str, Any]) -> ConsoleFault:
+        """Return the fault of a change to what was changed meanwhile.
+
+        current: what it is now, with its tag.
+        """
+        headers = {"ETag": f'"{current["tag"]}"'}
+        return cls("changed", text, "choose one of the two versions", headers=headers, current=dict(current))
+
     @property
     def body(self) -> dict[str, Any]:
         """The answer as JSON values."""

@@ -21,7 +21,7 @@ from station.session.store import Session
 
 UNCOUNTED = frozenset({"cover", "target", "insert", "foldout"})  # kinds without a label of their own
 SPREADS = frozenset({"spread", "plate"})  # kinds that are two leaf sides, where they stay whole
-ORDER, LEFT_OUT, MISSING = "order", "left_out", "missing"  # names of decisions
+ORDER, LEFT_OUT, MISSING, LABEL = "order", "left_out", "missing", "label"  # names of decisions
 DASH = "–"  # between the two labels of a whole spread
 
 
@@ -186,7 +186,7 @@ def _labelled(session: Session, leaves: Sequence[Leaf]) -> Iterator[Leaf]:
         for label in missing:
             place = _continued(run, label, place) + 1
         sides = 0 if leaf.is_left_out or leaf.kind in UNCOUNTED else 1 + is_spread(leaf)
-        own = leaf.decided("label", None)
+        own = leaf.decided(LABEL, None)
         if own is not None and runs and sides:
             place = _continued(run, str(own), place)
         labels = tuple(run.label(place + side) for side in range(sides)) if own is None else (str(own),)

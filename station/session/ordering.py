@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from station.errors import UsageError
 from station.session.events import Event
 from station.session.labelling import Missing
-from station.session.leaves import LEFT_OUT, MISSING, ORDER, Leaf, leaves_of, missing_of
+from station.session.leaves import LABEL, LEFT_OUT, MISSING, ORDER, Leaf, leaves_of, missing_of
 from station.session.parts import PAGE, PARTS, parts_of
 from station.session.steps import decide
 from station.session.store import Session, Writer
@@ -78,7 +78,7 @@ def note_missing(writer: Writer, before: str, label: str) -> Event:
 
 def set_label(writer: Writer, page: int, part: str, label: str) -> Event:
     """Set the label of a part of a page. Raises OSError."""
-    return decide(writer, "label" if part == PAGE else f"label_{part}", check_text("label", label), page=page)
+    return decide(writer, LABEL if part == PAGE else f"{LABEL}_{part}", check_text(LABEL, label), page=page)
 
 
 def parts_to_correct(leaf_parts: Sequence[str], part: str | None) -> list[str]:

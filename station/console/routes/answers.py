@@ -50,6 +50,19 @@ Looking = Annotated[AppState, Depends(app_state_of)]
 Acting = Annotated[AppState, Depends(acting)]
 PageNumber = Annotated[int, Path(ge=1, le=MAX_PAGE)]
 EventNumber = Annotated[int, Path(ge=1, le=MAX_NUMBER)]
+Tag = Annotated[str, Header(alias="If-Match", pattern=r'^"(0|[1-9][0-9]{0,8})"$')]
+"""The tag of what a change was made from."""
+
+
+def number_of(tag: Tag) -> int:
+    """Return the number in a tag."""
+    return int(tag.strip('"'))
+
+
+def tagged(response: Response, found: dict[str, Any]) -> dict[str, Any]:
+    """Return an answer, with its tag as a header, too."""
+    response.headers["ETag"] = f'"{found["tag"]}"'
+    return found
 
 
 def answer_faults(app: FastAPI) -> None:

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Any
 
-from fastapi import APIRouter, Header, Response
+from fastapi import APIRouter, Response
 
-from station.console.routes.answers import FAULTS, Acting, Looking, PageNumber
+from station.console.routes.answers import FAULTS, Acting, Looking, PageNumber, Tag, number_of, tagged
 from station.console.routes.requests import Corrections, NewRule
 from station.console.shown_pages.corrections import corrections_of, shown_page
 from station.console.state.correcting import apply_rule, correct_page, plan_rule
 from station.session.rules import Scope
 
 router = APIRouter(prefix="/api", responses=FAULTS)
-Tag = Annotated[str, Header(alias="If-Match", pattern=r'^"[1-9][0-9]{0,8}"$')]
 
 
 @router.get("/pages/{number}/edits")
 def edits(app_state: Looking, number: PageNumber, response: Response) -> dict[str, Any]:
     """Return the corrections of a page, with their sources."""
-    found = corrections_of(app_state.opened().session, number)
-    response.headers["ETag"] = f'"{found["tag"]}"'
-    return found
+    return tagged(response, corrections_of(app_state.opened().session, number))
 
 
 @router.put("/pages/{number}/edits")
@@ -29,9 +26,7 @@ def correct(
     app_state: Acting, number: PageNumber, wanted: Corrections, if_match: Tag, response: Response
 ) -> dict[str, Any]:
     """Correct a page; 412 with the present corrections where they are not those of `If-Match`."""
-    found = correct_page(app_state.writable(), number, wanted.edits, int(if_match.strip('"')))
-    response.headers["ETag"] = f'"{found["tag"]}"'
-    return found
+    return tagged(response, correct_page(app_state.writable(), number, wanted.edits, number_of(if_match)))
 
 
 @router.get("/pages/{number}/layout")

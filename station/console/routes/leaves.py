@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Response
 
-from station.console.routes.answers import FAULTS, Acting, Looking
+from station.console.routes.answers import FAULTS, Acting, Looking, Tag, number_of, tagged
 from station.console.routes.requests import ChangedLeaf, MovedLeaves
 from station.console.shown_pages.leaves import shown_leaves
 from station.console.state.arranging import change_leaf, move_leaves
@@ -15,22 +15,28 @@ router = APIRouter(prefix="/api", responses=FAULTS)
 
 
 @router.get("/leaves")
-def leaves(app_state: Looking) -> dict[str, Any]:
+def leaves(app_state: Looking, response: Response) -> dict[str, Any]:
     """Return the leaf sides of the volume, in their order."""
-    return {"leaves": shown_leaves(app_state.opened().session)}
+    return tagged(response, shown_leaves(app_state.opened().session))
 
 
 @router.post("/order")
-def order(app_state: Acting, wanted: MovedLeaves) -> dict[str, Any]:
-    """Move leaf sides before another one, and return all in their order."""
+def order(app_state: Acting, wanted: MovedLeaves, if_match: Tag, response: Response) -> dict[str, Any]:
+    """Move leaf sides before another one, and return all.
+
+    412 with the present order where `If-Match` is not its tag.
+    """
     opened = app_state.writable()
-    move_leaves(opened, wanted.leaves, wanted.before)
-    return {"leaves": shown_leaves(opened.session)}
+    move_leaves(opened, wanted.leaves, wanted.before, number_of(if_match))
+    return tagged(response, shown_leaves(opened.session))
 
 
 @router.put("/leaves")
-def change(app_state: Acting, wanted: ChangedLeaf) -> dict[str, Any]:
-    """Leave a leaf side out, put it back or set its label, and return all."""
+def change(app_state: Acting, wanted: ChangedLeaf, if_match: Tag, response: Response) -> dict[str, Any]:
+    """Leave a leaf side out, put it back or set its label, and return all.
+
+    412 with the present leaf side where `If-Match` is not its tag.
+    """
     opened = app_state.writable()
-    change_leaf(opened, wanted.leaf, left_out=wanted.left_out, label=wanted.label)
-    return {"leaves": shown_leaves(opened.session)}
+    change_leaf(opened, wanted.leaf, number_of(if_match), left_out=wanted.left_out, label=wanted.label)
+    return tagged(response, shown_leaves(opened.session))

@@ -16,6 +16,7 @@ from station.console.shown_pages.layers import (
     prefix_of,
     stored_file,
 )
+from station.console.shown_pages.leaves import leaf_tag
 from station.console.shown_pages.units import UNITS
 from station.session import VOLUME, Event, Page, Session
 from station.session.corrections import outdated_pages
@@ -125,7 +126,10 @@ def _row(parts: Sequence[Leaf], position: int, outdated: Collection[int], restor
         "order": _order(page),
         "label": label_of(parts),
         "side": parts[0].side if len(parts) == 1 else "",
-        "parts": [{"part": leaf.part, "name": leaf.name, "label": leaf.label, "side": leaf.side} for leaf in parts],
+        "parts": [
+            {"part": leaf.part, "name": leaf.name, "label": leaf.label, "side": leaf.side, "tag": leaf_tag(leaf)}
+            for leaf in parts
+        ],
         "kind": parts[0].kind,
         "outdated": page.number in outdated,
         "state": state_of(page),

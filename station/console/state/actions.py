@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 
 from station.capture_loop.loop import CaptureLoop
 from station.console.shown_pages.rows import rows_of
 from station.session import decide
 
 SHOTS = frozenset({"capture", "again", "insert"})
-ON_A_PAGE = frozenset({"again", "insert", "accept", "mark", "note", "label", "side"})
+ON_A_PAGE = frozenset({"again", "insert", "accept", "mark", "note", "side"})
 
 Do = Callable[[CaptureLoop, int, str], None]
 """Does an action on a page (0 for none) with a text."""
@@ -34,9 +33,9 @@ def insert(loop: CaptureLoop, before: int) -> None:
         loop.changed()
 
 
-def set_value(loop: CaptureLoop, page: int, text: str, *, name: str) -> None:
-    """Record a label or a side of a page."""
-    decide(loop.writer, name, text.strip(), page=page)
+def set_side(loop: CaptureLoop, page: int, text: str) -> None:
+    """Record the side of a page."""
+    decide(loop.writer, "side", text.strip(), page=page)
     loop.changed()
 
 
@@ -49,6 +48,5 @@ DO: Mapping[str, Do] = {
     "note": lambda loop, page, text: loop.note(text.strip(), page=page),
     "undo": lambda loop, _page, _text: loop.press("undo"),
     "redo": lambda loop, _page, _text: loop.press("redo"),
-    "label": partial(set_value, name="label"),
-    "side": partial(set_value, name="side"),
+    "side": set_side,
 }

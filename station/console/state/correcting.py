@@ -32,14 +32,8 @@ def correct_page(opened: WritableSession, number: int, edits: Table | None, tag:
         session = loop.writer.session
         page = shown_page(session, number)
         if tag_of(page) != tag:
-            current = corrections_of(session, number)
-            raise ConsoleFault(
-                "changed",
-                f"page {number} was corrected or captured again meanwhile",
-                "choose one of the two versions",
-                headers={"ETag": f'"{current["tag"]}"'},
-                current=current,
-            )
+            text = f"page {number} was corrected or captured again meanwhile"
+            raise ConsoleFault.changed(text, corrections_of(session, number))
         if (given or {}) != own_edits(page):
             loop.correct(number, given)
         return corrections_of(loop.writer.session, number)

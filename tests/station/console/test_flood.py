@@ -76,8 +76,8 @@ def test_a_flood_of_silent_connections_costs_no_capture_and_no_change(root: Path
             if line.startswith("open"):
                 break
         wait_for(lambda: browser.get("/api/pages").json()["pages"], "the page")
-        assert browser.post("/api/press", json={"action": "label", "text": "1r"}).status_code == 202
-        wait_for(lambda: browser.get("/api/pages").json()["pages"][0]["label"] == "1r", "the label")
+        label = {"leaf": "1", "label": "1r"}
+        assert browser.put("/api/leaves", json=label, headers={"If-Match": '"0"'}).status_code == 200
         browser.post("/api/close")
     events = read_session(root / "missale").history.events
     stored = [event.facts.get("value") for event in events if event.name == "note"]

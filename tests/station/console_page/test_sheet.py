@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import re
+from contextlib import ExitStack
 
 import pytest
 
 from oracles.console import CannedStation
-from oracles.console.browser import violations
+from oracles.console.browser import violations, window
 from station.console.vendored import PAGE
+from station.session.leaves import leaves_of
+from tests.station.conftest import curl_scan
+from tests.station.console.conftest import GatedScanner, StandInRestorer, root, serving
+from tests.station.console.routes.test_pages import shoot
+
+__all__ = ["root"]
 
 MANY = 3000
 
@@ -26,6 +33,33 @@ def sheet(show, canned):
         return page
 
     return opened
+
+
+@pytest.fixture
+def station(root):
+    """A served session of three pages, and a function that shows its contact sheet in a new window."""
+    with ExitStack() as stack:
+        served = stack.enter_context(serving(root, GatedScanner(curl_scan()), StandInRestorer(), page=PAGE))
+        with served.client() as client:
+            client.post("/api/sessions/missale/open")
+            for _ in range(3):
+                shoot(client)
+
+        def shown(browser):
+            page = stack.enter_context(window(browser, f"{served.origin}/enter?token={served.token}"))
+            page.evaluate("location.hash = '#/sheet'")
+            leaf(page, 3).wait_for()
+            give_control(served, page)
+            page.locator(".sheet-sizer").focus()
+            return page
+
+        yield served, shown
+
+
+def give_control(served, page):
+    """Let a window act; the other one only watches from now on."""
+    with served.client(page.evaluate("sessionStorage['planish-tab']")) as client:
+        client.post("/api/control", json={"tab": client.headers["X-Planish-Tab"]})
 
 
 def leaf(page, name):
@@ -105,6 +139,49 @@ def test_of_thousands_of_leaves_only_those_in_sight_are_elements(sheet):
     leaf(page, MANY).wait_for()
     assert page.locator(".leaf").count() < 100
     assert leaf(page, MANY).get_attribute("aria-setsize") == str(MANY)
+
+
+def set_label(page, text):
+    page.get_by_role("textbox", name="Label").fill(text)
+    page.keyboard.press("Enter")
+
+
+def test_the_label_that_another_window_set_meanwhile_is_shown_next_to_this_one(browser, station):
+    served, shown = station
+    first = shown(browser)
+    first.keyboard.press("F2")
+    second = shown(browser)
+    second.keyboard.press("F2")
+    set_label(second, "v")
+    for page in (first, second):
+        page.get_by_role("option", name="Leaf 1, label v").wait_for()
+    give_control(served, first)
+    set_label(first, "iv")
+    dialog = first.get_by_role("dialog", name="Changed in another window")
+    dialog.wait_for()
+    assert dialog.get_by_role("listitem").all_inner_texts() == ["Yours: iv", "Theirs: v"]
+    dialog.get_by_role("button", name="Keep mine").click()
+    first.get_by_role("option", name="Leaf 1, label iv").wait_for()
+
+
+def test_the_order_that_another_window_made_meanwhile_is_shown_next_to_this_one(browser, station):
+    served, shown = station
+    first = shown(browser)
+    first.keyboard.press("ArrowRight")
+    first.keyboard.press("Control+x")  # leaf 2
+    second = shown(browser)
+    for key in ("End", "Control+x", "Home", "Control+v"):
+        second.keyboard.press(key)
+    first.locator("#leaf-0[aria-label^='Leaf 3,']").wait_for()
+    give_control(served, first)
+    first.keyboard.press("Home")
+    first.keyboard.press("Control+v")
+    dialog = first.get_by_role("dialog", name="Changed in another window")
+    dialog.wait_for()
+    assert dialog.get_by_role("listitem").all_inner_texts() == ["Yours: 2, 3, 1", "Theirs: 3, 1, 2"]
+    dialog.get_by_role("button", name="Take theirs").click()
+    dialog.wait_for(state="detached")
+    assert [one.name for one in leaves_of(served.app_state.opened().session)] == ["3", "1", "2"]
 
 
 @pytest.mark.parametrize("look", [("dark", "en"), ("light", "de")], ids="-".join)

@@ -3,6 +3,7 @@
 import { field, openDialog } from "./dialog.js";
 import { able, button, h } from "./dom.js";
 import { pageName } from "./format.js";
+import { setLabel } from "./parts/versions.js";
 import { current, hindrance, on, press, select, store } from "./store.js";
 import { t } from "./strings.js";
 
@@ -32,15 +33,24 @@ function onPage(name) {
   };
 }
 
-function ask(name, decided) {
-  return () => {
-    if (reason(name)) return;
-    const page = current();
-    const input = name === "note" ? h("textarea", { rows: 3, maxlength: 2000 }) : h("input", { maxlength: 100, autocomplete: "off" });
-    input.value = decided(page);
-    openDialog(`${t(`action.${name}`)} · ${pageName(page)}`, [field(t(`ask.${name}`), input)],
-      { ok: t("save"), send: () => press(name, { page: page.page, text: input.value.trim() }) });
+function askNote() {
+  if (reason("note")) return;
+  const page = current();
+  const input = h("textarea", { rows: 3, maxlength: 2000 });
+  input.value = page.note;
+  openDialog(`${t("action.note")} · ${pageName(page)}`, [field(t("ask.note"), input)],
+    { ok: t("save"), send: () => press("note", { page: page.page, text: input.value.trim() }) });
+}
+
+function askLabels() {
+  if (reason("label")) return;
+  const page = current();
+  const leaves = page.parts.map((leaf) => [leaf, h("input", { maxlength: 100, autocomplete: "off", value: leaf.label })]);
+  const send = async () => {
+    for (const [leaf, input] of leaves) if (input.value.trim() !== leaf.label) await setLabel(leaf, input.value.trim());
   };
+  openDialog(`${t("action.label")} · ${pageName(page)}`, leaves.map(([leaf, input]) =>
+    field([t("ask.label"), leaf.part !== "page" && `(${t(`side.${leaf.part}`)})`].filter(Boolean).join(" "), input)), { ok: t("save"), send });
 }
 
 const plain = (name) => () => { if (!reason(name)) press(name); };
@@ -50,7 +60,7 @@ export const actions = {
   capture: () => { if (!reason("capture")) { select(null); press("capture"); } },
   preview: plain("preview"), undo: plain("undo"), redo: plain("redo"),
   again: onPage("again"), accept: onPage("accept"), mark: onPage("mark"), insert: onPage("insert"),
-  note: ask("note", (page) => page.note), label: ask("label", (page) => page.label),
+  note: askNote, label: askLabels,
 };
 
 /** A button that does an action and says why it cannot. */

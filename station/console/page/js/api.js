@@ -66,7 +66,7 @@ async function request(method, path, body, signal, more = {}) {
 }
 
 export const get = (path, signal) => request("GET", path, undefined, signal);
-export const post = (path, body = {}) => request("POST", path, body);
+export const post = (path, body = {}, headers) => request("POST", path, body, undefined, headers);
 export const put = (path, body, headers) => request("PUT", path, body, undefined, headers);
 
 /** The bytes of a file of the server. */

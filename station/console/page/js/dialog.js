@@ -5,10 +5,10 @@ import { t } from "./strings.js";
 
 let count = 0;
 
-/** Open a dialog with a title; `ok` with its text makes it a form, whose `send` closes it unless it gives false. */
-export function openDialog(title, content, { ok, send } = {}) {
+/** Open a dialog with a title; `ok` with its text makes it a form, whose `send` closes it unless it gives false; `cancel`: the other button. */
+export function openDialog(title, content, { ok, send, cancel = t(ok ? "cancel" : "close") } = {}) {
   const name = `dialog-${(count += 1)}`;
-  const close = button(t(ok ? "cancel" : "close"), { click: () => dialog.close() });
+  const close = button(cancel, { click: () => dialog.close() });
   const form = h("form", { method: "dialog", on: { submit: async (event) => {
     event.preventDefault();
     if ((await send?.()) !== false) dialog.close();

@@ -44,10 +44,9 @@ def test_a_correction_is_recorded_restored_taken_back_and_has_its_tag(served, op
 
 def test_what_a_page_has_already_is_not_recorded_again(opened):
     tag = put(opened, TURNED, shoot(opened)["capture"]).json()["tag"]
-    wait_for(lambda: opened.get(EDITS).json()["outdated"] is False, "the restoration")
-    before = events(opened)
     assert put(opened, TURNED, tag).json()["tag"] == tag
-    assert events(opened) == before
+    recorded = [event["name"] for event in opened.get("/api/pages/1").json()["events"]]
+    assert recorded.count("edits") == 1
 
 
 def test_the_second_of_two_editors_gets_the_version_of_the_first(opened):
@@ -70,7 +69,7 @@ def test_a_draft_of_an_earlier_scan_is_not_put_on_the_next_one(opened):
 
 def test_a_tag_has_to_be_given(opened):
     shoot(opened)
-    for headers in ({}, {"If-Match": "*"}, {"If-Match": '"0"'}, {"If-Match": "2"}):
+    for headers in ({}, {"If-Match": "*"}, {"If-Match": '"01"'}, {"If-Match": "2"}):
         assert opened.put(EDITS, json={"edits": TURNED}, headers=headers).status_code == 422
     assert opened.get(EDITS).json()["edits"] is None
 

@@ -24,28 +24,70 @@ def events(browser):
     return browser.get("/api/state").json()["session"]["events"]
 
 
+def move(browser, leaves, before=None, tag=None):
+    """Move leaves in the order of a tag, the present one by default."""
+    tag = browser.get("/api/leaves").json()["tag"] if tag is None else tag
+    return browser.post("/api/order", json={"leaves": leaves, "before": before}, headers={"If-Match": f'"{tag}"'})
+
+
+def change(browser, name, tag=None, **values):
+    """Change a leaf of a tag, the present one by default."""
+    leaves = {leaf["name"]: leaf for leaf in browser.get("/api/leaves").json()["leaves"]}
+    tag = leaves[name]["tag"] if tag is None else tag
+    return browser.put("/api/leaves", json={"leaf": name, **values}, headers={"If-Match": f'"{tag}"'})
+
+
 def test_leaves_are_moved_in_one_step_that_undo_takes_back(three):
     before = events(three)
-    moved = three.post("/api/order", json={"leaves": ["2", "3"], "before": "1"})
+    moved = move(three, ["2", "3"], "1")
     assert (moved.status_code, [leaf["name"] for leaf in moved.json()["leaves"]]) == (200, ["2", "3", "1"])
     assert [leaf["label"] for leaf in moved.json()["leaves"]] == ["1", "2", "3"]
+    assert moved.headers["etag"] == three.get("/api/leaves").headers["etag"] == f'"{before + 1}"'
     assert events(three) == before + 1
-    three.post("/api/order", json={"leaves": ["1"]})  # it is the last already
+    move(three, ["1"])  # it is the last already
     assert events(three) == before + 1
     assert [row["page"] for row in three.get("/api/pages").json()["pages"]] == [2, 3, 1]
     press(three, "undo")
     wait_for(lambda: names(three) == ["1", "2", "3"], "the undo")
+    assert three.get("/api/leaves").json()["tag"] == 0
 
 
 def test_a_leaf_is_left_out_put_back_and_labelled(three):
-    left = three.put("/api/leaves", json={"leaf": "2", "left_out": True}).json()["leaves"]
+    left = change(three, "2", left_out=True).json()["leaves"]
     assert [(leaf["position"], leaf["left_out"]) for leaf in left] == [(1, False), (0, True), (2, False)]
     before = events(three)
-    back = three.put("/api/leaves", json={"leaf": "2", "left_out": False, "label": " iv "}).json()["leaves"]
+    back = change(three, "2", left_out=False, label=" iv ").json()["leaves"]
     assert [(leaf["position"], leaf["label"]) for leaf in back] == [(1, "1"), (2, "iv"), (3, "3")]
     assert events(three) == before + 2
-    three.put("/api/leaves", json={"leaf": "2", "left_out": False, "label": "iv"})
+    change(three, "2", left_out=False, label="iv")
     assert events(three) == before + 2
+
+
+def test_the_second_of_two_windows_that_move_leaves_gets_the_order_of_the_first(three):
+    first = move(three, ["3"], "1", 0)
+    refused = move(three, ["2"], "1", 0)
+    assert (refused.status_code, refused.headers["etag"]) == (412, first.headers["etag"])
+    fault = refused.json()["error"]
+    assert (fault["key"], fault["data"]["current"]) == ("changed", first.json())
+    assert names(three) == ["3", "1", "2"]
+    assert move(three, ["2"], "1", first.json()["tag"]).status_code == 200
+    assert names(three) == ["3", "2", "1"]
+
+
+def test_the_second_of_two_windows_that_change_a_leaf_gets_the_leaf_of_the_first(three):
+    """The tag of a leaf, of its label and of being left out; those of others stay."""
+    assert change(three, "1", 0, label="iv").status_code == 200
+    shown = three.get("/api/leaves").json()["leaves"][0]
+    for values in ({"label": "v"}, {"left_out": True}):
+        refused = change(three, "1", 0, **values)
+        assert (refused.status_code, refused.headers["etag"]) == (412, f'"{shown["tag"]}"')
+        assert refused.json()["error"]["data"]["current"] == shown
+    assert three.get("/api/leaves").json()["leaves"][0] == shown
+    assert three.get("/api/pages").json()["pages"][0]["parts"][0]["tag"] == shown["tag"]
+    assert change(three, "2", 0, left_out=True).status_code == 200
+    assert change(three, "1", shown["tag"], label="v").status_code == 200
+    press(three, "undo")
+    wait_for(lambda: three.get("/api/leaves").json()["leaves"][0] == shown, "the undo")
 
 
 def test_what_cannot_be_changes_nothing_and_the_loop_goes_on(three):
@@ -60,6 +102,11 @@ def test_what_cannot_be_changes_nothing_and_the_loop_goes_on(three):
         ("PUT", "/api/leaves", {"leaf": "1", "label": "a\u0000b"}),
         ("PUT", "/api/leaves", {"leaf": "1", "left_out": "yes"}),
     ):
-        assert three.request(method, path, json=body).status_code in (404, 409, 422), body
+        answer = three.request(method, path, json=body, headers={"If-Match": '"0"'})
+        assert answer.status_code in (404, 409, 422), body
+    for body in ({"leaves": ["2"], "before": "1"}, {"leaf": "1", "label": "x"}):  # a tag has to be given
+        method, path = ("POST", "/api/order") if "leaves" in body else ("PUT", "/api/leaves")
+        for headers in ({}, {"If-Match": "*"}, {"If-Match": "0"}, {"If-Match": '"-1"'}):
+            assert three.request(method, path, json=body, headers=headers).status_code == 422
     assert events(three) == before
-    assert three.post("/api/order", json={"leaves": ["1"]}).status_code == 200
+    assert move(three, ["1"]).status_code == 200

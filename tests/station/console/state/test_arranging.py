@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from station.console.faults import ConsoleFault
+from station.console.shown_pages.leaves import order_tag
 from station.console.state.arranging import change_leaf, leaf_named, move_leaves
 from station.console.state.open_session import WritableSession
 from station.errors import UsageError
@@ -31,19 +32,19 @@ def names(opened):
 
 
 def test_leaves_that_are_apart_are_moved_together(opened):
-    move_leaves(opened, ["4", "2"], "1")
+    move_leaves(opened, ["4", "2"], "1", 0)
     assert names(opened) == ["4", "2", "1", "3"]
-    move_leaves(opened, ["4"], None)
+    move_leaves(opened, ["4"], None, order_tag(opened.session))
     assert names(opened) == ["2", "1", "3", "4"]
     with pytest.raises(ConsoleFault, match="before itself"):
-        move_leaves(opened, ["1", "2"], "2")
+        move_leaves(opened, ["1", "2"], "2", order_tag(opened.session))
     assert names(opened) == ["2", "1", "3", "4"]
 
 
 def test_a_label_that_cannot_be_ends_no_loop(opened):
     with pytest.raises(UsageError, match="control character"):
-        change_leaf(opened, "1", left_out=None, label="a\x00")
+        change_leaf(opened, "1", 0, left_out=None, label="a\x00")
     with pytest.raises(ConsoleFault, match="no leaf 9"):
-        change_leaf(opened, "9", left_out=True, label=None)
-    change_leaf(opened, "1", left_out=True, label="iv")
+        change_leaf(opened, "9", 0, left_out=True, label=None)
+    change_leaf(opened, "1", 0, left_out=True, label="iv")
     assert leaf_named(opened.session, "1").is_left_out

@@ -96,7 +96,7 @@ def test_the_scanner_is_free_after_a_shot_that_came_too_late(opened, served, mon
 
 
 @pytest.mark.parametrize(
-    ("action", "text", "status"), [("label", "1\x1b[2J", 422), ("note", "a\nb", 202), ("side", "a\nb", 422)]
+    ("action", "text", "status"), [("side", "1\x1b[2J", 422), ("note", "a\nb", 202), ("side", "a\nb", 422)]
 )
 def test_texts_hold_no_control_characters(opened, served, action, text, status):
     assert opened.post("/api/press", json={"action": "capture"}).status_code == 202

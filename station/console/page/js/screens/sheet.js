@@ -5,7 +5,8 @@ import { get, keyed, post, put } from "../api.js";
 import { button, h, icon, placeholder, segmented, set, setIcon, setText } from "../dom.js";
 import { number } from "../format.js";
 import { levelIcon } from "../parts/strip.js";
-import { attempt, on, store } from "../store.js";
+import { ordersApart, sendVersion, setLabel } from "../parts/versions.js";
+import { on, store } from "../store.js";
 import { t } from "../strings.js";
 
 const [WIDTH, HEIGHT] = [148, 208]; // px of a cell, as the style sheet has it
@@ -100,7 +101,8 @@ class ContactSheet {
     if (found && asked === this.asked) this.takeOver(found);
   }
 
-  takeOver({ leaves }) {
+  takeOver({ tag, leaves }) {
+    this.tag = tag;
     const active = this.leaves[this.at]?.name;
     this.leaves = leaves;
     this.at = Math.max(leaves.findIndex(({ name }) => name === active), 0);
@@ -219,34 +221,41 @@ class ContactSheet {
   }
 
   take() {
-    this.cut = this.meant.map(({ name }) => name);
+    Object.assign(this, { cut: this.meant.map(({ name }) => name), cutFrom: this.tag });
     setText(this.said, t("sheet.taken", { n: number(this.cut.length) }));
     this.later();
   }
 
   paste() {
     if (!this.cut.length) return setText(this.said, t("sheet.nothing"));
-    return this.move(this.cut, this.leaves[this.at].name);
+    return this.move(this.cut, this.leaves[this.at].name, this.cutFrom);
   }
 
-  async move(names, before) {
+  /** Move leaves before another one, in the order of a tag; where that is another one by now, the operator chooses. */
+  async move(names, before, tag) {
     if (names.includes(before)) return;
-    const found = await attempt(() => post("/api/order", { leaves: names, before }));
-    if (!found) return;
+    const moved = (all) => all.flatMap((name) => (name === before ? [...names, name] : names.includes(name) ? [] : [name]));
+    const found = await sendVersion(tag, (headers) => post("/api/order", { leaves: names, before }, headers),
+      ({ leaves }) => {
+        const theirs = leaves.map(({ name }) => name);
+        return ordersApart(moved(theirs), theirs);
+      });
+    if (!found) return this.load();
     this.cut = [];
     setText(this.said, t("sheet.moved", { n: number(names.length), before: before ?? "–" }));
-    this.takeOver(found);
+    return this.takeOver(found);
   }
 
   /** Leave the meant leaves out, or put them back where all of them are out. */
   async toggle() {
     const out = !this.meant.every((leaf) => leaf.left_out);
-    for (const { name } of this.meant) {
-      const found = await attempt(() => put("/api/leaves", { leaf: name, left_out: out }));
-      if (!found) return;
+    for (const leaf of this.meant) {
+      const found = await sendVersion(leaf.tag, (headers) => put("/api/leaves", { leaf: leaf.name, left_out: out }, headers),
+        (current) => [spoken({ ...leaf, left_out: out }), spoken(current)]);
+      if (!found) return this.load();
       this.takeOver(found);
     }
-    setText(this.said, t(out ? "sheet.went" : "sheet.returned"));
+    return setText(this.said, t(out ? "sheet.went" : "sheet.returned"));
   }
 
   open() {
@@ -273,10 +282,10 @@ class ContactSheet {
     event.stopPropagation();
     if (event.key !== "Enter" && event.key !== "Escape") return;
     event.preventDefault();
-    const [label, { name }] = [this.input.value.trim(), this.labelled];
+    const [label, leaf] = [this.input.value.trim(), this.labelled];
     this.sizer.focus();
     if (event.key === "Escape") return;
-    const found = await attempt(() => put("/api/leaves", { leaf: name, label }));
+    const found = await setLabel(leaf, label);
     if (found) this.takeOver(found);
   }
 
@@ -284,7 +293,7 @@ class ContactSheet {
   grab(at, down) {
     if (down.button !== 0 || down.pointerType === "touch") return; // a finger scrolls
     this.isDragged = false;
-    const end = new AbortController();
+    const [end, { tag }] = [new AbortController(), this];
     const { signal } = end;
     const target = (event) => document.elementFromPoint(event.clientX, event.clientY)?.closest(".leaf");
     addEventListener("pointermove", (event) => {
@@ -298,7 +307,7 @@ class ContactSheet {
       const over = this.isDragged ? target(event) : null;
       if (!over) return;
       const { name } = this.leaves[at];
-      this.move(this.chosen.has(name) ? this.meant.map((leaf) => leaf.name) : [name], this.leaves[Number(over.dataset.at)].name);
+      this.move(this.chosen.has(name) ? this.meant.map((leaf) => leaf.name) : [name], this.leaves[Number(over.dataset.at)].name, tag);
     }, { signal });
     down.preventDefault();
     this.sizer.focus({ preventScroll: true });
