@@ -13,6 +13,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.camera.brown import differentiate, imaged, seen_at, tangents_of
 from restore.scan import Floats
 
 PARAMETERS = 14
@@ -99,11 +100,12 @@ def project_with_jacobian(vector: Floats, points: Floats) -> tuple[Floats, Float
 
     points: (n, 3) mm. Returns pixels (n, 2) and derivatives (n, 2, 14).
     """
-    matrix = np.array([[vector[6], 0, vector[7]], [0, vector[6], vector[8]], [0, 0, 1.0]])
-    pixels, jacobian = cv2.projectPoints(points, vector[:3], vector[3:6], matrix, vector[9:])
-    # columns: rotation 3, translation 3, focal lengths 2, principal point 2, distortion 5
-    joined = np.column_stack([jacobian[:, :6], jacobian[:, 6] + jacobian[:, 7], jacobian[:, 8:15]])
-    return pixels.reshape(-1, 2), joined.reshape(-1, 2, PARAMETERS)
+    turn, by_vector = cv2.Rodrigues(vector[:3])
+    pixels, jacobian = _differentiated(np.ascontiguousarray(points, np.float64), turn, vector)
+    # What the vector changes turns the camera about its axes: dR Rᵀ is the cross product with that turn.
+    spins = by_vector.reshape(3, 3, 3) @ turn.T
+    jacobian[..., :3] = jacobian[..., :3] @ spins[:, [2, 0, 1], [1, 2, 0]].T
+    return pixels, jacobian
 
 
 def project_map(camera: PhotoCamera, points: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -116,21 +118,20 @@ def project_map(camera: PhotoCamera, points: NDArray[np.float32]) -> NDArray[np.
 
 
 @numba.njit(cache=True, nogil=True)
-def _project(points: Floats, axes: Floats, lens: Floats, reach: float) -> Floats:
-    tx, ty, tz, focal, cx, cy, k1, k2, p1, p2, k3 = lens[3:14]
-    pixels = np.empty((len(points), 2))
+def _project(points: Floats, turn: Floats, camera: Floats, reach: float) -> Floats:
+    pixels = np.full((len(points), 2), np.nan)
     for n in range(len(points)):
-        px, py, pz = points[n, 0], points[n, 1], points[n, 2]
-        z = axes[2, 0] * px + axes[2, 1] * py + axes[2, 2] * pz + tz
-        pixels[n] = np.nan
-        if not z > 0.0:
-            continue
-        x = (axes[0, 0] * px + axes[0, 1] * py + axes[0, 2] * pz + tx) / z
-        y = (axes[1, 0] * px + axes[1, 1] * py + axes[1, 2] * pz + ty) / z
-        r2 = x * x + y * y
-        if r2 > reach:
-            continue
-        stretch = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-        pixels[n, 0] = focal * (x * stretch + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)) + cx
-        pixels[n, 1] = focal * (y * stretch + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y) + cy
+        x, y, depth = tangents_of(turn, camera, points[n, 0], points[n, 1], points[n, 2])
+        if depth > 0.0 and x * x + y * y <= reach:
+            pixels[n] = imaged(camera, x, y)
     return pixels
+
+
+@numba.njit(cache=True, nogil=True)
+def _differentiated(points: Floats, turn: Floats, camera: Floats) -> tuple[Floats, Floats]:
+    """Pixels (n, 2) of points (n, 3), and derivatives (n, 2, 14) as `differentiate` has them."""
+    pixels, by_camera, by_point = np.empty((len(points), 2)), np.empty((len(points), 2, PARAMETERS)), np.empty((2, 3))
+    for n in range(len(points)):
+        pixels[n] = seen_at(turn, camera, points[n, 0], points[n, 1], points[n, 2])
+        differentiate(turn, camera, points[n], by_camera[n], by_point)
+    return pixels, by_camera

@@ -15,11 +15,13 @@ import cv2
 import numba
 import numpy as np
 
+from restore.camera.brown import differentiate, seen_at
 from restore.camera.photo_camera import PhotoCamera
 from restore.numerics.robust import robust_sigma
 from restore.scan import Floats, Ints
 
 OWN = 9  # unknowns of a view: rotation 3, translation 3, focal length as a logarithm, principal point 2
+LENS = 6  # where the parameters of the lens begin in a camera's vector
 SHARED = 8  # of the lens: focal length as a logarithm, principal point 2, k1, k2, p1, p2, k3
 BREATHING = 5e-4  # standard deviation of a view's focal length about the lens's, relative: autofocus on one page
 SHIFTING = 5e-4  # of its principal point, in widths of the picture
@@ -70,11 +72,13 @@ class _State:
     lens: Floats  # (8,) log focal length, principal point, k1, k2, p1, p2, k3
     points: Floats  # (n, 3)
 
-    def lenses(self) -> Floats:
-        """Return the lens (v, 8) of each view."""
+    def vectors(self) -> Floats:
+        """Return the vector (v, 14) of each view's camera."""
         lenses = np.tile(self.lens, (len(self.own), 1))
         lenses[:, :3] += self.own
-        return lenses
+        lenses[:, 0] = np.exp(lenses[:, 0])
+        turns = np.array([cv2.Rodrigues(rotation)[0].ravel() for rotation in self.rotations])
+        return np.column_stack([turns, self.shifts, lenses])
 
     def moved(self, step: Floats, points: Floats) -> _State:
         """The state after a step (9 v + 8,) of the cameras and (n, 3) of the points."""
@@ -126,7 +130,8 @@ def adjust(
         cost = _cost(state, residuals, tracks, sigma0, prior)
         if last:
             break
-    return Adjusted(_cameras(state, cameras[0].size), state.points, residuals, sigma0)
+    found = [PhotoCamera(vector, cameras[0].size) for vector in state.vectors()]
+    return Adjusted(found, state.points, residuals, sigma0)
 
 
 def _start(cameras: Sequence[PhotoCamera], points: Floats) -> _State:
@@ -138,18 +143,8 @@ def _start(cameras: Sequence[PhotoCamera], points: Floats) -> _State:
     return _State(rotations, vectors[:, 3:6].copy(), (lenses - lens)[:, :3], lens, points.copy())
 
 
-def _cameras(state: _State, size: tuple[int, int]) -> list[PhotoCamera]:
-    lenses = state.lenses()
-    lenses[:, 0] = np.exp(lenses[:, 0])
-    turns = [cv2.Rodrigues(rotation)[0].ravel() for rotation in state.rotations]
-    rows = zip(turns, state.shifts, lenses, strict=True)
-    return [PhotoCamera(np.concatenate(row), size) for row in rows]
-
-
 def _residuals(state: _State, tracks: Tracks) -> Floats:
-    return _project(
-        state.rotations, state.shifts, state.lenses(), state.points, tracks.view, tracks.point, tracks.pixels
-    )
+    return _project(state.rotations, state.vectors(), state.points, tracks.view, tracks.point, tracks.pixels)
 
 
 def _sigma0(residuals: Floats, tracks: Tracks) -> float:
@@ -170,7 +165,7 @@ def _step(
     squared = (residuals**2).sum(axis=1) / (tracks.sigma * sigma0 * CAUCHY) ** 2
     weights = 1.0 / ((tracks.sigma * sigma0) ** 2 * (1.0 + squared))
     cameras, crossed, points, camera_side, point_side = _normal_equations(
-        state.rotations, state.shifts, state.lenses(), state.points, tracks.view, tracks.point, residuals, weights
+        state.rotations, state.vectors(), state.points, tracks.view, tracks.point, residuals, weights
     )
     views = len(state.own)
     diagonal = np.concatenate([np.tile(prior, views), np.zeros(SHARED - 1), [K3_PRIOR**-2]])
@@ -191,50 +186,36 @@ def _step(
 
 
 @numba.njit(cache=True)
-def _project(
-    rotations: Floats, shifts: Floats, lenses: Floats, points: Floats, view: Ints, point: Ints, pixels: Floats
-) -> Floats:
+def _project(turns: Floats, cameras: Floats, points: Floats, view: Ints, point: Ints, pixels: Floats) -> Floats:
     """Return measured less projected pixels, (m, 2)."""
     out = np.empty((len(view), 2))
     for m in range(len(view)):
         v, p = view[m], points[point[m]]
-        turn, lens = rotations[v], lenses[v]
-        z = turn[2, 0] * p[0] + turn[2, 1] * p[1] + turn[2, 2] * p[2] + shifts[v, 2]
-        x = (turn[0, 0] * p[0] + turn[0, 1] * p[1] + turn[0, 2] * p[2] + shifts[v, 0]) / z
-        y = (turn[1, 0] * p[0] + turn[1, 1] * p[1] + turn[1, 2] * p[2] + shifts[v, 1]) / z
-        r2 = x * x + y * y
-        stretch = 1.0 + r2 * (lens[3] + r2 * (lens[4] + r2 * lens[7]))
-        focal = np.exp(lens[0])
-        out[m, 0] = pixels[m, 0] - focal * (x * stretch + 2 * lens[5] * x * y + lens[6] * (r2 + 2 * x * x)) - lens[1]
-        out[m, 1] = pixels[m, 1] - focal * (y * stretch + lens[5] * (r2 + 2 * y * y) + 2 * lens[6] * x * y) - lens[2]
+        x, y = seen_at(turns[v], cameras[v], p[0], p[1], p[2])
+        out[m, 0], out[m, 1] = pixels[m, 0] - x, pixels[m, 1] - y
     return out
 
 
 @numba.njit(cache=True)
 def _normal_equations(
-    rotations: Floats,
-    shifts: Floats,
-    lenses: Floats,
-    points: Floats,
-    view: Ints,
-    point: Ints,
-    residuals: Floats,
-    weights: Floats,
+    turns: Floats, vectors: Floats, points: Floats, view: Ints, point: Ints, residuals: Floats, weights: Floats
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return the blocks of the normal equations.
 
     Cameras (c, c), points with cameras (n, 3, c), points (n, 3, 3), and the right sides (c,) and (n, 3).
     """
-    views = len(shifts)
+    views = len(vectors)
     count = OWN * views + SHARED
     cameras, crossed = np.zeros((count, count)), np.zeros((len(points), 3, count))
     blocks = np.zeros((len(points), 3, 3))
     camera_side, point_side = np.zeros(count), np.zeros((len(points), 3))
     columns = np.empty(OWN + SHARED, np.int64)
-    by_camera, by_point = np.empty((2, OWN + SHARED)), np.empty((2, 3))
+    parameters = np.concatenate((np.arange(OWN), np.arange(LENS, LENS + SHARED)))
+    by_camera, by_point = np.empty((2, LENS + SHARED)), np.empty((2, 3))
     for m in range(len(view)):
         v, i, w = view[m], point[m], weights[m]
-        _derivatives(rotations[v], shifts[v], lenses[v], points[i], by_camera, by_point)
+        differentiate(turns[v], vectors[v], points[i], by_camera, by_point)
+        by_camera[:, LENS] *= vectors[v, LENS]  # by the logarithm
         for k in range(OWN):
             columns[k] = OWN * v + k
         for k in range(SHARED):
@@ -242,10 +223,10 @@ def _normal_equations(
         for row in range(2):
             e = residuals[m, row]
             for j in range(OWN + SHARED):
-                a = w * by_camera[row, j]
+                a = w * by_camera[row, parameters[j]]
                 camera_side[columns[j]] += a * e
                 for k in range(OWN + SHARED):
-                    cameras[columns[j], columns[k]] += a * by_camera[row, k]
+                    cameras[columns[j], columns[k]] += a * by_camera[row, parameters[k]]
                 for k in range(3):
                     crossed[i, k, columns[j]] += a * by_point[row, k]
             for j in range(3):
@@ -284,44 +265,3 @@ def _eliminate_points(cameras: Floats, side: Floats, crossed: Floats, inverse: F
     for a in range(count):
         for b in range(a):
             cameras[a, b] = cameras[b, a]
-
-
-@numba.njit(cache=True)
-def _derivatives(turn: Floats, shift: Floats, lens: Floats, p: Floats, by_camera: Floats, by_point: Floats) -> None:
-    """Write the derivatives of a projection by its camera and its point.
-
-    by_camera: (2, 17), own unknowns first.
-    by_point: (2, 3).
-    """
-    turned = turn @ p
-    z = turned[2] + shift[2]
-    x, y = (turned[0] + shift[0]) / z, (turned[1] + shift[1]) / z
-    focal, k1, k2, p1, p2, k3 = np.exp(lens[0]), lens[3], lens[4], lens[5], lens[6], lens[7]
-    r2 = x * x + y * y
-    stretch = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-    bend = k1 + r2 * (2 * k2 + 3 * r2 * k3)  # of the stretch by r²
-    u = x * stretch + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
-    v = y * stretch + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
-    mixed = 2 * x * y * bend + 2 * p1 * x + 2 * p2 * y
-    ux, vy = stretch + 2 * x * x * bend + 2 * p1 * y + 6 * p2 * x, stretch + 2 * y * y * bend + 6 * p1 * y + 2 * p2 * x
-    for row in range(2):
-        a, b = (ux, mixed) if row == 0 else (mixed, vy)
-        # by the point in the camera's frame
-        cx, cy, cz = focal * a / z, focal * b / z, -focal * (a * x + b * y) / z
-        # rotation about the camera's axes, on the left: d(R p) = w × R p
-        by_camera[row, 0] = cz * turned[1] - cy * turned[2]
-        by_camera[row, 1] = cx * turned[2] - cz * turned[0]
-        by_camera[row, 2] = cy * turned[0] - cx * turned[1]
-        by_camera[row, 3], by_camera[row, 4], by_camera[row, 5] = cx, cy, cz
-        for k in range(3):
-            by_point[row, k] = cx * turn[0, k] + cy * turn[1, k] + cz * turn[2, k]
-        by_camera[row, 6] = focal * (u if row == 0 else v)
-        by_camera[row, 7], by_camera[row, 8] = 1.0 - row, 1.0 * row
-        for k in range(3):
-            by_camera[row, OWN + k] = by_camera[row, 6 + k]
-        along = x if row == 0 else y
-        by_camera[row, OWN + 3] = focal * along * r2
-        by_camera[row, OWN + 4] = focal * along * r2 * r2
-        by_camera[row, OWN + 5] = focal * (2 * x * y if row == 0 else r2 + 2 * y * y)
-        by_camera[row, OWN + 6] = focal * (r2 + 2 * x * x if row == 0 else 2 * x * y)
-        by_camera[row, OWN + 7] = focal * along * r2 * r2 * r2

@@ -11,8 +11,9 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from restore.camera.brown import seen_at
 from restore.camera.photo_camera import PhotoCamera
-from restore.photogrammetry.track import FACING, Patches, Picture, _seen_at
+from restore.photogrammetry.track import FACING, Patches, Picture
 from restore.runtime.threads import in_bands
 from restore.scan import Floats
 
@@ -55,13 +56,13 @@ def _affine(turn: Floats, camera: Floats, point: Floats, tangents: Floats, norma
     By a sample along either tangent and by a mm out of the page.
     """
     out = np.empty((4, 2))
-    out[0] = _seen_at(turn, camera, point[0], point[1], point[2])
+    out[0] = seen_at(turn, camera, point[0], point[1], point[2])
     for k in range(2):
         p = point + HALF * spacing * tangents[k]
-        out[1 + k] = _seen_at(turn, camera, p[0], p[1], p[2])
+        out[1 + k] = seen_at(turn, camera, p[0], p[1], p[2])
         out[1 + k] = (out[1 + k] - out[0]) / HALF
     p = point + normal
-    out[3] = _seen_at(turn, camera, p[0], p[1], p[2])
+    out[3] = seen_at(turn, camera, p[0], p[1], p[2])
     out[3] -= out[0]
     return out
 

@@ -14,6 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.camera.brown import seen_at
 from restore.camera.photo_camera import PhotoCamera
 from restore.runtime.threads import in_bands
 from restore.scan import Floats, Mask
@@ -93,19 +94,6 @@ def track(greys: Picture, cameras: list[PhotoCamera], patches: Patches, spacing_
 
 
 @numba.njit(cache=True)
-def _seen_at(turn: Floats, camera: Floats, x: float, y: float, z: float) -> tuple[float, float]:
-    """Pixel of a point (x, y, z) mm."""
-    cz = turn[2, 0] * x + turn[2, 1] * y + turn[2, 2] * z + camera[5]
-    cx = (turn[0, 0] * x + turn[0, 1] * y + turn[0, 2] * z + camera[3]) / cz
-    cy = (turn[1, 0] * x + turn[1, 1] * y + turn[1, 2] * z + camera[4]) / cz
-    r2 = cx * cx + cy * cy
-    stretch = 1.0 + r2 * (camera[9] + r2 * (camera[10] + r2 * camera[13]))
-    u = cx * stretch + 2.0 * camera[11] * cx * cy + camera[12] * (r2 + 2.0 * cx * cx)
-    v = cy * stretch + camera[11] * (r2 + 2.0 * cy * cy) + 2.0 * camera[12] * cx * cy
-    return camera[6] * u + camera[7], camera[6] * v + camera[8]
-
-
-@numba.njit(cache=True)
 def _on_surface(point: Floats, tangents: Floats, normal: Floats, bend: Floats, a: float, b: float) -> Floats:
     rise = 0.5 * (bend[0] * a * a + 2.0 * bend[1] * a * b + bend[2] * b * b)
     return point + a * tangents[0] + b * tangents[1] + rise * normal
@@ -132,7 +120,7 @@ def _sample(
         for j in range(3):
             a, b = shift[0] + (j - 1) * HALF * spacing, shift[1] + (i - 1) * HALF * spacing
             p = _on_surface(point, tangents, normal, bend, a, b)
-            knots[i, j, 0], knots[i, j, 1] = _seen_at(turn, camera, p[0], p[1], p[2])
+            knots[i, j, 0], knots[i, j, 1] = seen_at(turn, camera, p[0], p[1], p[2])
             if not (1 < knots[i, j, 0] < cols - 3 and 1 < knots[i, j, 1] < rows - 3):
                 return False
     across = np.empty((3, 2))
@@ -270,4 +258,4 @@ def _track(
         for v in range(views):
             if similarity[v, i] > 0.0:
                 p = _on_surface(points[i], tangents[i], normals[i], bends[i], shifts[v, 0], shifts[v, 1])
-                pixels[v, i, 0], pixels[v, i, 1] = _seen_at(turns[v], cameras[v], p[0], p[1], p[2])
+                pixels[v, i, 0], pixels[v, i, 1] = seen_at(turns[v], cameras[v], p[0], p[1], p[2])

@@ -8,14 +8,11 @@ from scipy.spatial.transform import Rotation
 
 from oracles.table_cameras import SIZE, cameras
 from restore.camera.photo_camera import PhotoCamera
-from restore.photogrammetry import bundle
 from restore.photogrammetry.align import fit_similarity
 from restore.photogrammetry.bundle import Tracks, adjust
 
 NOISE_PX = 0.05
-ROUNDING = 1e-5  # of central differences over 1e-6
 GRID = np.stack(np.meshgrid(np.linspace(-110, 110, 14), np.linspace(-80, 80, 11)), axis=-1).reshape(-1, 2)
-ZERO = np.zeros(3)
 POINTS = np.column_stack([GRID, 12.0 * np.sin(GRID[:, 0] / 25.0)])
 
 
@@ -93,32 +90,3 @@ def test_points_that_nothing_sees_stay():
     tracks = tracked(views, POINTS, rng)
     lonely = np.vstack([POINTS, [[1.0, 2.0, 3.0]]])
     assert adjust(views, lonely, tracks).points[-1].tolist() == [1.0, 2.0, 3.0]
-
-
-def test_derivatives_are_those_of_the_projection():
-    camera, step = cameras(2)[1], 1e-6
-    turn, shift = camera.rotation, camera.vector[3:6]
-    lens = np.concatenate([[np.log(camera.vector[6])], camera.vector[7:]])
-    point = np.array([20.0, -15.0, 4.0])
-    by_camera, by_point = np.zeros((2, bundle.OWN + bundle.SHARED)), np.zeros((2, 3))
-    bundle._derivatives(turn, shift, lens, point, by_camera, by_point)
-
-    def seen(turned=ZERO, shifted=ZERO, bent=0.0, moved=ZERO):
-        rotation = Rotation.from_rotvec(turned).as_matrix() @ turn
-        measured = np.zeros((1, 2))
-        none = np.zeros(1, np.int64)
-        at = (rotation[None], (shift + shifted)[None], (lens + bent)[None], (point + moved)[None], none, none, measured)
-        return -bundle._project(*at)[0]
-
-    for k in range(3):
-        unit = np.eye(3)[k] * step
-        np.testing.assert_allclose(by_camera[:, k], (seen(turned=unit) - seen(turned=-unit)) / 2 / step, atol=ROUNDING)
-        np.testing.assert_allclose(
-            by_camera[:, 3 + k], (seen(shifted=unit) - seen(shifted=-unit)) / 2 / step, atol=ROUNDING
-        )
-        np.testing.assert_allclose(by_point[:, k], (seen(moved=unit) - seen(moved=-unit)) / 2 / step, atol=ROUNDING)
-    for k in range(8):
-        unit = np.eye(8)[k] * step
-        expected = (seen(bent=unit) - seen(bent=-unit)) / 2 / step
-        np.testing.assert_allclose(by_camera[:, bundle.OWN + k], expected, rtol=1e-6, atol=ROUNDING)
-    np.testing.assert_array_equal(by_camera[:, 6:9], by_camera[:, bundle.OWN : bundle.OWN + 3])
