@@ -68,7 +68,8 @@ def placed_alto(data: bytes, page: Page) -> bytes:
         raise BadInput(f"the words of page {page.name} are damaged: {error}", "see planish verify") from error
     for element in root.iter(f"{SPACE}Page"):
         element.set("PHYSICAL_IMG_NR", str(page.number))
-        element.set("PRINTED_IMG_NR", page.label)
+        if page.label:
+            element.set("PRINTED_IMG_NR", page.label)
         element.set("POSITION", POSITIONS.get(page.kind, SIDES[page.side]))
         if page.kind:
             element.set("PAGECLASS", page.kind)

@@ -15,7 +15,8 @@ from typing import Any, Literal
 
 from restore import BadInput, RangeScan, SurfaceMesh, load_scan
 from restore.files import read_regular
-from station.archive.volume import Event, Page, Role, Section, StoredFile, Volume
+from station.archive.volume import UNLABELLED, Event, Page, Role, Section, StoredFile, Volume
+from station.errors import UsageError
 from station.session import Event as SessionEvent
 from station.session import History, Session, scan_path
 from station.session import Page as SessionPage
@@ -36,7 +37,7 @@ KINDS = {
     RULES: "modification",
 }
 DERIVED, CHECKED = "creation", "metadata extraction"  # other stages, with files and without
-UNCROPPED = "-uncropped.png"  # the master of a page that was cropped by hand
+UNCROPPED = "-uncropped.png"  # the master of a page that was cropped, or a part of it removed, by hand
 ROLES = {
     ".png": Role.PAGE,
     "-master.png": Role.MASTER,
@@ -51,12 +52,15 @@ MISSING = "{} before it is missing"
 SIDES: Mapping[str, Literal["left", "right"]] = {"left": "left", "right": "right"}
 MAX_SCAN_RECORD = 2**20
 CORRECTED = "corrected since it was restored: planish batch restores it"
+NO_WHOLE = "delivered as a leaf, as no whole was kept"
+WHOLE_HINT = "leave out --parts, or set the layout to whole and restore again: planish session edits, planish batch"
 
 
 def volume_of(session: Session, *, whole: bool = False) -> Volume:
     """Return the volume of a session, as its pointers show it now.
 
-    whole: deliver an opened book that was restored whole, too, as one page. Raises OSError for a file that is missing.
+    whole: deliver an opened book that was restored whole, too, as one page. Raises UsageError where leaves are all that
+    its openings have, OSError for a file that is missing.
     """
     pages, outdated = list(session.history.pages()), frozenset(outdated_pages(session))
     events = [event for page in pages for event in _events_of(page)]
@@ -64,6 +68,9 @@ def volume_of(session: Session, *, whole: bool = False) -> Volume:
     rules = session.history.page(VOLUME).decisions.get(RULES)
     first = session.history.event(1)
     delivered = list(_delivered(session, outdated, whole=whole))
+    leaves = {page.capture for page, _ in delivered if NO_WHOLE in page.problem}
+    if leaves and not any(page.part == PAGE and _is_split(session.history.page(page.capture)) for page, _ in delivered):
+        raise UsageError("--parts whole: no opening was kept whole", WHOLE_HINT)
     return Volume(
         session.identifier,
         session.volume.title,
@@ -89,17 +96,24 @@ def _delivered(session: Session, outdated: Collection[int], *, whole: bool) -> I
         if whole and (both := _whole(session, leaf)) is not None:
             done.add(leaf.page.number)
             leaf = both
-        yield _page(session, leaf, number, outdated), run
+        page = _page(session, leaf, number, outdated)
+        lacks_whole = whole and leaf.part != PAGE and _is_split(leaf.page)
+        yield (replace(page, problem="; ".join(filter(None, (page.problem, NO_WHOLE)))) if lacks_whole else page), run
 
 
 def _whole(session: Session, leaf: Leaf) -> Leaf | None:
     """Return the whole that was kept next to the leaves of an opened book, None without one."""
     run = leaf.page.runs.get(RESTORE)
-    if run is None or leaf.part == PAGE or file_of(run, PAGE) is None or len(parts_of(run.facts["result"])) == 1:
+    if run is None or leaf.part == PAGE or file_of(run, PAGE) is None or not _is_split(leaf.page):
         return None
     leaves = [one for one in leaves_of(session) if one.page.number == leaf.page.number]
     labels = tuple(label for one in leaves for label in one.labels)
     return replace(leaf, part=PAGE, labels=labels, side="", report=run.facts["result"]["parts"].get(PAGE, {}))
+
+
+def _is_split(page: SessionPage) -> bool:
+    """Return whether a page was restored as two leaves."""
+    return RESTORE in page.runs and len(parts_of(page.runs[RESTORE].facts["result"])) > 1
 
 
 def _sections(delivered: Sequence[tuple[Page, str]]) -> Iterator[Section]:
@@ -107,8 +121,8 @@ def _sections(delivered: Sequence[tuple[Page, str]]) -> Iterator[Section]:
     kinds = [(run, page.kind if page.kind in UNCOUNTED else "") for page, run in delivered]
     for (_, kind), group in groupby(zip(kinds, delivered, strict=True), key=lambda pair: pair[0]):
         pages = [page for _, (page, _) in group]
-        labels = list(dict.fromkeys((pages[0].label, pages[-1].label)))
-        yield Section(kind or DASH.join(labels), kind or "run", tuple(page.number for page in pages))
+        labels = filter(None, dict.fromkeys((pages[0].label, pages[-1].label)))
+        yield Section(kind or DASH.join(labels) or UNLABELLED, kind or "run", tuple(page.number for page in pages))
 
 
 def scan_of(session: Session, page: Page) -> RangeScan | SurfaceMesh:
@@ -140,7 +154,7 @@ def _page(session: Session, leaf: Leaf, number: int, outdated: Collection[int]) 
     edits = page.decisions.get(EDITS)
     return Page(
         number,
-        leaf.label or str(number),
+        leaf.label,
         tuple(files),
         SIDES.get(leaf.side, ""),
         _provenance(session, page.capture),

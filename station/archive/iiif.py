@@ -204,7 +204,7 @@ def _canvas(image: PageImage, address: str) -> Mapping[str, Any]:
         **({"behavior": [kind]} if kind else {}),
         "id": canvas,
         "type": "Canvas",
-        "label": _text(image.page.label),
+        **({"label": _text(image.page.label)} if image.page.label else {}),  # it should have one, and need not
         "height": image.height,
         "width": image.width,
         "thumbnail": [

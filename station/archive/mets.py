@@ -158,16 +158,10 @@ def _structure(volume: Volume, images: Mapping[str, ImageFacts], ids: Mapping[st
 
 def _page(page: Page, images: Mapping[str, ImageFacts], ids: Mapping[str, str]) -> Element:
     pointers = (_pointer(page, file, images.get(file.name), ids[file.name]) for file in page.files)
-    label = f"{page.label} ({page.side})" if page.side else page.label
-    return element(
-        f"{METS}div",
-        pointers,
-        TYPE="page",
-        ORDER=page.number,
-        ORDERLABEL=page.label,
-        LABEL=label,
-        ID=_div_id(page.number),
-    )
+    labels = {"ORDERLABEL": page.label} if page.label else {}
+    label = " ".join(filter(None, (page.label or page.kind, f"({page.side})" if page.side else "")))
+    labels |= {"LABEL": label} if label else {}
+    return element(f"{METS}div", pointers, TYPE="page", ORDER=page.number, ID=_div_id(page.number), **labels)
 
 
 def _pointer(page: Page, file: StoredFile, image: ImageFacts | None, identifier: str) -> Element:

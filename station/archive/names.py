@@ -7,7 +7,7 @@ import string
 from collections.abc import Mapping
 from typing import Any
 
-from station.archive.volume import Page, Volume
+from station.archive.volume import UNLABELLED, Page, Volume
 from station.errors import UsageError
 
 PATTERNS: Mapping[str, str] = {"number": "{order:04}", "label": "{label}"}
@@ -35,6 +35,7 @@ def file_names(volume: Volume, pattern: str) -> dict[int, str]:
 
 def _name(page: Page, pattern: str) -> str:
     values: dict[str, Any] = {"order": page.number, "capture": page.capture or page.number}
+    values["label"] = page.label or f"{page.kind or UNLABELLED}-{page.number:04}"
     values |= {name: getattr(page, name) for name in FIELDS if name not in values}
     try:
         fields = {name: width for _, name, width, _ in string.Formatter().parse(pattern) if name is not None}

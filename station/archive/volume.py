@@ -54,6 +54,7 @@ MEDIA_TYPES = {
     ".wrl": "model/vrml",
 }
 UNKNOWN_TYPE = "application/octet-stream"
+UNLABELLED = "unlabelled"  # where a page without a label, or a run of them, needs a name
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ class Section:
 class Page:
     """Page: its number in the volume, from 1; its label; its side.
 
-    The label is as it is printed or foliated.
+    The label is as it is printed or foliated; empty for a page that is not counted.
 
     provenance  of its scan: device, lens, time, … (JSON values).
     name        what the session calls it: `12`, or `12/left` for a leaf of an opened book.

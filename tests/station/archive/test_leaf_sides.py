@@ -34,7 +34,7 @@ NAMES = {
     "p": "info:lc/xmlns/premis-v2",
 }
 STRIP_PX = 4
-SIX = ("1", "1v", "2r", "2v", "3r", "3v–4r")
+SIX = ("", "1v", "2r", "2v", "3r", "3v–4r")
 SPINE = [[5.0, 1.0], [6.0, 8.0]]
 
 
@@ -98,11 +98,11 @@ def labels_in(book, out):
         shown = [page.label for page in pdf.pages]
     manifest = json.loads((out / "iiif" / "manifest.json").read_text())
     return {
-        "mets": tuple(page.get("ORDERLABEL") for page in pages),
-        "alto": tuple(page.get("PRINTED_IMG_NR") for page in words),
+        "mets": tuple(page.get("ORDERLABEL", "") for page in pages),
+        "alto": tuple(page.get("PRINTED_IMG_NR", "") for page in words),
         "csv": tuple(row["label"] for row in table),
         "pdf": tuple(shown),
-        "iiif": tuple(canvas["label"]["none"][0] for canvas in manifest["items"]),
+        "iiif": tuple(canvas.get("label", {"none": [""]})["none"][0] for canvas in manifest["items"]),
     }
 
 
@@ -183,6 +183,25 @@ def test_names_that_clash_are_refused_before_anything_is_written(book, tmp_path,
     assert main(clash) == 2
     assert "pages 2 and 4 would both be 1v" in capsys.readouterr().err
     assert not (tmp_path / "clash").exists()
+
+
+def test_a_whole_that_was_not_kept_is_named_or_refused(book, tmp_path, capsys):
+    words = ["export", str(book), "--to", "tiff", "--parts", "whole", "-o"]
+    assert main([*words, str(tmp_path / "none")]) == 2
+    assert "no opening was kept whole" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
+    with open_session(book) as writer:
+        capture = writer.history.page(3).capture
+        folder = writer.staging("page")
+        folder.mkdir(parents=True)
+        for stem in ("page", "page-left", "page-right"):
+            write_leaf(folder, stem)
+        result = {"parts": {part: {"page_mm": [10.0, 15.0]} for part in ("page", "left", "right")}}
+        record_run(writer, "restore", capture, parameters={}, result=result, files=folder)
+    assert main([*words, str(tmp_path / "some")]) == 0
+    shown = capsys.readouterr().out
+    assert [line.split()[2] for line in shown.splitlines() if "no whole was kept" in line] == ["2/left:", "2/right:"]
+    assert len(list((tmp_path / "some").glob("*.tif"))) == 5  # cover, two leaves, a whole, plate
 
 
 @pytest.mark.parametrize("kind", ["bagit", "mets", "iiif", "pdf", "tiff"])

@@ -19,6 +19,7 @@ def volume(*labels):
 def test_names_are_cleaned():
     assert file_names(volume("1r", "1v"), "number") == {1: "0001", 2: "0002"}
     assert file_names(volume("12v–13r", "[3]"), "label") == {1: "12v-13r", 2: "3"}
+    assert file_names(volume("", "2"), "label") == {1: "unlabelled-0001", 2: "2"}
     assert file_names(volume("../../a"), "{order:04}_{label}_{capture}-{part}") == {1: "0001_..-..-a_7-left"}
 
 
