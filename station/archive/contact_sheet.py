@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 from restore import BadInput
 from station.images.pages import read_page
 from station.session import Session
-from station.session.corrections import layers_of, outdated_pages
+from station.session.corrections import is_corrected, outdated_pages
 from station.session.leaves import Leaf, leaves_of
 from station.session.parts import RESTORE, file_of
 from station.verdict.checks import worst
@@ -79,7 +79,7 @@ def _remarks(session: Session, leaf: Leaf, outdated: frozenset[int]) -> Iterator
     yield leaf.kind
     if leaf.is_left_out:
         yield "left out"
-    if layers_of(session, leaf.page):
+    if is_corrected(session, leaf.page):
         yield "edited later" if leaf.page.number in outdated else "edited"
 
 

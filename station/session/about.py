@@ -81,8 +81,13 @@ ABOUT_TABLE: TypeAdapter[About] = TypeAdapter(About)
 
 
 def about_of(history: History) -> About:
-    """Return the description of the volume of a session; empty without one."""
-    return About.model_validate(history.page(VOLUME).decided(ABOUT, {}))
+    """Return the description of the volume of a session.
+
+    Empty without one, but for what the preset says.
+    """
+    about = About.model_validate(history.page(VOLUME).decided(ABOUT, {}))
+    of_preset = history.event(1).facts.get("direction")
+    return about.model_copy(update={"direction": of_preset}) if of_preset and not about.direction else about
 
 
 def about_from(table: Mapping[str, Any], name: str) -> About:

@@ -13,7 +13,7 @@ from station.session import steps
 from station.session.corrections import effective_edits, is_of, rules_of
 from station.session.events import VOLUME, Event, slot_of
 from station.session.parts import RESTORE
-from station.session.rules import EDITS, MAX_RULES, RULES, Rule, Scope, edits_of
+from station.session.rules import EDITS, MAX_RULES, RULES, Rule, Scope, recorded
 from station.session.steps import decide, move
 from station.session.store import Writer
 
@@ -27,7 +27,7 @@ def correct(writer: Writer, page: int, edits: Mapping[str, Any] | None) -> Event
     capture = writer.history.page(page).capture
     if capture is None:
         raise BadInput(f"page {page} has no scan", "capture it, then correct it")
-    value = None if edits is None else edits_of(edits).given()
+    value = None if edits is None else recorded(edits)
     event = decide(writer, EDITS, value, page=page, on=capture)
     show_fitting(writer, event)
     return event
@@ -42,7 +42,7 @@ def add_rule(writer: Writer, scope: Scope, edits: Mapping[str, Any]) -> Event:
     if len(rules) >= MAX_RULES:
         raise BadInput(f"the volume has {len(rules)} rules, as many as it can", "correct the pages that are left")
     number = len(writer.history.events) + 1
-    rule = Rule(id=number, scope=scope, edits=edits_of(edits).given())
+    rule = Rule(id=number, scope=scope, edits=recorded(edits))
     event = decide(writer, RULES, [*rules, rule.model_dump(mode="json")])
     show_fitting(writer)
     return event

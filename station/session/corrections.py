@@ -16,11 +16,12 @@ from station.choices import Layout
 from station.session.current_preset import preset_of
 from station.session.events import VOLUME, Event
 from station.session.history import Page
-from station.session.parts import RESTORE
+from station.session.parts import LEFT, PAGE, RESTORE, RIGHT
 from station.session.presets import Preset
 from station.session.rules import EDITS, RULES, RULES_TABLE, Rule, Table, edits_of, merged
 from station.session.store import Session
 
+PRESET = "preset"  # the source of a field that neither a rule nor the page itself gives
 MAX_TABLES = 4096  # corrections that stay known: a rule gives many pages the same ones
 
 
@@ -38,14 +39,31 @@ def own_edits(page: Page) -> Table:
 def layers_of(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> list[tuple[str, Table]]:
     """Return the corrections of a page, each with its source.
 
-    `rule 41`, `page`; the later ones win.
+    `preset`, `rule 41`, `page`; the later ones win.
     """
-    capture, layers = page.capture, list[tuple[str, Table]]()
+    capture, layers = page.capture, [(PRESET, _edits_of_preset(session))]
     if capture is not None:
         known = rules_of(session) if rules is None else rules
-        layers = [(f"rule {rule.id}", rule.edits) for rule in known if rule.is_on(capture, session.history)]
-    own = own_edits(page)
-    return [*layers, *([("page", own)] if own else [])]
+        layers += [(f"rule {rule.id}", rule.edits) for rule in known if rule.is_on(capture, session.history)]
+    return [(source, table) for source, table in (*layers, ("page", own_edits(page))) if table]
+
+
+def is_corrected(session: Session, page: Page) -> bool:
+    """Return whether a rule or an operator corrects a page, besides its preset."""
+    return any(source != PRESET for source, _ in layers_of(session, page))
+
+
+def _edits_of_preset(session: Session) -> Table:
+    """Return what the preset of a session, which does not change, says of each leaf.
+
+    Where openings are split, a page that stays whole may be two leaves or a board: it is not compared with a leaf.
+    """
+    values = session.volume.preset_values
+    table: dict[str, Any] = {"overlap_mm": values["overlap_mm"]} if values.get("overlap_mm") is not None else {}
+    if values.get("size_mm") is not None:
+        leaves = (PAGE,) if _layout_of(session) == Layout.SINGLE else (LEFT, RIGHT)
+        table["parts"] = {leaf: {"size_mm": values["size_mm"]} for leaf in leaves}
+    return table
 
 
 def resolved_edits(session: Session, page: Page) -> PageEdits:

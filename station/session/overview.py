@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from station.session.corrections import layers_of, outdated_pages
+from station.session.corrections import is_corrected, outdated_pages
 from station.session.history import redo_target, undo_target
 from station.session.index import level_of, state_of
 from station.session.leaves import Leaf, label_of, leaves_by_page, missing_labels
@@ -59,7 +59,7 @@ def _page(session: Session, parts: Sequence[Leaf], position: int, outdated: bool
         "state": state_of(page),
         "level": level_of(page),
         "kind": parts[0].kind,
-        "edited": bool(layers_of(session, page)),
+        "edited": is_corrected(session, page),
         "outdated": outdated,
         "mark": bool(page.decided("mark", False)),
         "note": str(page.decided("note", "")),

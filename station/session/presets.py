@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
@@ -23,6 +23,7 @@ from station.verdict.thresholds import Thresholds, check_limits
 
 PRESETS = CONFIGS / "presets"
 COMPARE = f"compare it with {PRESETS / 'book.toml'}"
+Length = Annotated[float, Field(gt=0, le=3000)]
 NO_FACTS: Mapping[str, Any] = MappingProxyType({})
 LABELS = {
     "pages": re.compile(r"(?P<number>\d{1,6})"),
@@ -40,6 +41,8 @@ class Preset(BaseModel):
     first       the number of the first page or leaf.
     sides       whether pages lie left and right in turn, the first one `left` or `right`; None for single sheets.
     layout      what becomes of an opened book, as the option of `planish restore` is called.
+    size_mm     width and height of a leaf, which is compared with each. overlap_mm: of the facing page that it keeps.
+    direction   in which the leaves are read, where the description of the volume does not say.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -50,6 +53,9 @@ class Preset(BaseModel):
     first: int = Field(default=1, ge=0, le=100_000)
     sides: Literal["left", "right"] | None = None
     layout: Layout = Layout.SINGLE
+    size_mm: tuple[Length, Length] | None = None
+    overlap_mm: float | None = Field(default=None, ge=0, le=10)
+    direction: Literal["ltr", "rtl"] | None = None
     thresholds: Thresholds = Thresholds()
 
     @field_validator("settings")

@@ -27,13 +27,21 @@ def edits_of(table: Table) -> PageEdits:
     return parse_edits(data, "the corrections")
 
 
+def recorded(table: Table) -> dict[str, Any]:
+    """Return corrections as an event holds them. Raises BadInput, also for points in space."""
+    edits = edits_of(table)
+    if edits.frame != "picture":
+        raise BadInput("frame: corrections in space are for loose scans", "draw them on the picture of the page")
+    return edits.given()
+
+
 def _checked(table: dict[str, Any] | None) -> dict[str, Any] | None:
     """Raise ValueError for corrections that no operator can have made.
 
     Returns them, or None where none are given.
     """
     try:
-        edits_of(table or {})
+        recorded(table or {})
     except BadInput as error:
         raise ValueError(str(error)) from error
     return table

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 MAX_TEXT = 500  # a title page's worth
 # Values of a preset that its programs of format 2 do not know: they stand next to `volume` in the facts, not in it.
-ADDED = ("layout",)
+ADDED = ("layout", "size_mm", "overlap_mm", "direction")
 
 
 class Volume(BaseModel):

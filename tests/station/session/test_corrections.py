@@ -4,10 +4,23 @@ from __future__ import annotations
 
 import pytest
 
-from station.session import Volume, add_rule, add_scan, correct, create_session, open_session, read_session, record_run
+from restore import BadInput
+from station.session import (
+    Volume,
+    add_rule,
+    add_scan,
+    correct,
+    create_session,
+    decide,
+    open_session,
+    read_session,
+    record_run,
+)
+from station.session.about import ABOUT, about_of
 from station.session.corrections import (
     effective_edits,
     inputs_of,
+    is_corrected,
     layers_of,
     needs_restoration,
     outdated_pages,
@@ -86,6 +99,34 @@ def test_a_correction_asks_for_a_restoration_that_has_it_as_an_input(writer):
     assert outdated_pages(writer.session) == []
     assert [one.event for one in run.inputs] == [2, own.number, rule.number]
     assert run.facts["parameters"]["edits"] == effective_edits(writer.session, page_of(writer))
+
+
+@pytest.mark.parametrize(("layout", "leaves"), [("single", ["page"]), ("auto", ["left", "right"])])
+def test_a_preset_gives_size_overlap_and_direction(layout, leaves, tmp_path, tiny_scan):
+    preset = Preset(layout=layout, size_mm=(120.0, 170.0), overlap_mm=2.0, direction="rtl")
+    create_session(
+        tmp_path / "book", Volume(title="A", preset_values=preset.model_dump(mode="json", exclude_none=True))
+    )
+    with open_session(tmp_path / "book") as writer:
+        add_scan(writer, tiny_scan, facts={})
+        sizes = {leaf: {"size_mm": [120.0, 170.0]} for leaf in leaves}
+        whole = {"layout": "whole"} if layout == "single" else {}
+        assert effective_edits(writer.session, page_of(writer)) == {"overlap_mm": 2.0, "parts": sizes, **whole}
+        assert not is_corrected(writer.session, page_of(writer))
+        assert about_of(writer.history).direction == "rtl"
+        correct(writer, 1, {"overlap_mm": 3.0})
+        decide(writer, ABOUT, {"direction": "ltr"})
+        assert effective_edits(writer.session, page_of(writer))["overlap_mm"] == 3.0
+        assert [source for source, _ in layers_of(writer.session, page_of(writer))] == ["preset", "page"]
+        assert is_corrected(writer.session, page_of(writer))
+        assert about_of(writer.history).direction == "ltr"
+    first = read_session(tmp_path / "book").history.event(1).facts
+    assert not {"size_mm", "overlap_mm", "direction"} & set(first["volume"]["preset_values"])  # unknown to format 2
+
+
+def test_points_in_space_are_for_loose_scans(writer):
+    with pytest.raises(BadInput, match="loose scans"):
+        correct(writer, 1, {"frame": "space", "spine": [[0.0, 0.0, -900.0], [0.0, 9.0, -900.0]]})
 
 
 def test_programs_without_layouts_read_such_a_session(writer):
