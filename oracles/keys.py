@@ -104,6 +104,7 @@ KEYS: Mapping[str, Key] = {
     "layout": Key(
         "table|text", "", "layout of a scan as it was found, or as it is requested", "restore/layout/leaves.py"
     ),
+    "given": Key("[text]", "", "sides placed by the given size", "restore/edits/finish.py"),
     "edits": Key("table", "", "corrections by hand of the page", "restore/edits/model.py"),
     "leaf_mm": Key("[number]", "mm", "size of a leaf without the strip of the facing page", "restore/pipeline.py"),
     "advice": Key("text", "", "split, whole, left, right or ask", LAYOUT),
@@ -198,7 +199,7 @@ KEYS: Mapping[str, Key] = {
     "deg": Key("number", "degrees", "angle of the turntable", "station/run/turntable.py"),
     "axis": Key("table|null", "", "axis of the turntable in the frame of the scanner", CONFIG),
     "point_mm": Key("[number]", "mm", "a point on the axis", CONFIG),
-    "direction": Key("[number]", "", "direction of the axis", CONFIG),
+    "direction": Key("[number]|text", "", "direction of the axis, or of reading: ltr, rtl", CONFIG),
     # Presets and settings
     "settings": Key("table", "", "settings of a restoration", PRESETS),
     "inpaint_mm": Key("number", "mm", "width up to which occluded places are inpainted", "restore/settings.py"),
@@ -207,6 +208,8 @@ KEYS: Mapping[str, Key] = {
     "foliation": Key("text", "", "pages, folios or none", PRESETS),
     "first": Key("number", "", "number of the first page or leaf", PRESETS),
     "sides": Key("text", "", "side of the first page: left or right", PRESETS),
+    "size_mm": Key("[number]", "mm", "width and height of a leaf, by hand", PRESETS),
+    "overlap_mm": Key("number", "mm", "facing page that a leaf keeps", PRESETS),
     "rotate": Key("text", "degrees", "rotation that is requested, or auto", "station/session/stages.py"),
     "allow_distorted": Key("flag", "", "write a page whose surface is too distorted", "station/session/stages.py"),
     "unit": Key("text", "", "unit of mesh coordinates", "station/session/stages.py"),

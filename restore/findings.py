@@ -338,6 +338,11 @@ CODES: Mapping[str, Code] = {
         "the page is {width_mm:.1f} × {height_mm:.1f} mm, and {given_width_mm:g} × {given_height_mm:g} mm were given. "
         "Check outline and spine, or the given size",
     ),
+    "size_wrong": Code(
+        "doubt",
+        "the page is {width_mm:.1f} × {height_mm:.1f} mm, and {given_width_mm:g} × {given_height_mm:g} mm were given: "
+        "it is another leaf, or not the whole of one. Draw outline and spine, or correct the given size",
+    ),
     "turn_undecided": Code(
         "warning",
         "the text does not show which side of the page is up: it stays as the scanner saw it. Rotate it with "

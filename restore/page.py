@@ -91,7 +91,7 @@ class RestoredPage:
                  photograph, 255 outside the page. None without photographs.
     uncertainty  (h, w) float32 mm, the standard deviation of each pixel's place along either axis of the page, NaN
                  outside the page. None where it was not asked for, or cannot be estimated.
-    uncropped (h', w', 3) uint8 RGB, the master before it was cropped by hand. None where it was not.
+    uncropped (h', w', 3) uint8 RGB, the master without crop and with what was removed by hand. None without either.
     findings  what is to be reported of the page; `report["findings"]` has the same as JSON values.
 
     >>> corners = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])

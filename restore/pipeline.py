@@ -31,7 +31,7 @@ from restore.settings import Settings
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI
 from restore.shading.white import balance_on_paper
-from restore.texture.coverage import Coverage, cover, hole_findings, seen_part
+from restore.texture.coverage import Coverage, cover, hole_findings, seen_part, with_erased
 from restore.texture.inpaint import blank_hidden, inpaint_hidden
 from restore.texture.occlusion import mirror_findings
 from restore.texture.page import Painting
@@ -118,6 +118,7 @@ def restore(
         painting.page_source,
         findings=tuple(found),
         uncertainty=uncertainty.on_page(coverage.mask) if isinstance(uncertainty, Uncertainty) else None,
+        uncropped=with_erased(painting.image, painted, coverage),
     )
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from restore.edits.model import WHOLE, PageEdits, PartEdits
+from restore.camera.rays import Rays
+from restore.edits.model import WHOLE, Frame, PageEdits, PartEdits, Point
 from restore.edits.polygons import checked_polygon, inside_polygon, within_image
 from restore.errors import BadInput, NotEnoughSurface
 from restore.findings import Finding
@@ -54,35 +56,37 @@ def edited_leaves(inspected: Inspected, edits: PageEdits) -> Leaves:
     """
     layout = "whole" if edits.layout == "auto" and edits.kind in WHOLE else edits.layout
     if edits.spine is not None:
-        inspected = replace(inspected, crease=_drawn_spine(inspected, edits.spine))
+        inspected = replace(inspected, crease=_drawn_spine(inspected, edits.spine, edits.frame))
         layout = "split" if layout == "auto" else layout
     leaves = leaves_of(inspected, layout, edits.overlap_mm)
-    corrected = {name: _corrected(inspected, sheet, edits.part(name)) for name, sheet in leaves.parts.items()}
+    corrected = {
+        name: _corrected(inspected, sheet, edits.part(name), edits.frame) for name, sheet in leaves.parts.items()
+    }
     return replace(leaves, parts=corrected, findings=leaves.findings + _unused(edits, list(corrected)))
 
 
 def _unused(edits: PageEdits, parts: list[str]) -> tuple[Finding, ...]:
     """Report each part that is corrected and that the scan does not give.
 
-    One with the corrections of another part is not reported.
+    One with the corrections of another part is not reported, nor one that is only of another size.
     """
-    used = [edits.part(name) for name in parts]
-    names = [name for name, part in edits.parts.items() if name not in parts and part not in [PartEdits(), *used]]
+    changing = {name: part.model_copy(update={"size_mm": None}) for name, part in edits.parts.items()}
+    used = [part for name, part in changing.items() if name in parts]
+    names = [name for name, part in changing.items() if name not in parts and part not in [PartEdits(), *used]]
     return tuple(Finding.of("part_not_found", part=name, parts=", ".join(parts)) for name in names)
 
 
-def _drawn_spine(inspected: Inspected, points: tuple[tuple[float, float], ...]) -> Crease:
+def _drawn_spine(inspected: Inspected, points: tuple[Point, ...], frame: Frame) -> Crease:
     """The spine that was drawn, on the grid of the flattened sheet."""
     if inspected.flattened is None:
         raise BadInput("a spine cannot be drawn on this scan", "leave out spine")
     sheet = inspected.flattened.sheet
-    if sheet.scan.texture is None:
-        raise BadInput("a spine is drawn on the colour image, and the scan has none", "leave out spine")
-    drawn = within_image(np.array(points, float), sheet.scan.texture.shape[:2], "spine")
+    places, size = _places(sheet.scan, frame, sheet.pixels)
+    drawn = within_image(_seen(points, sheet.rays, frame), size, "spine")
     if (np.diff(drawn[:, 1]) <= 0).any() or np.ptp(drawn[:, 0]) > np.ptp(drawn[:, 1]):
         raise BadInput("spine: its points do not run from head to tail", SPINE_HINT)
     rows, cols = np.indices(sheet.inside.shape)
-    design = np.column_stack([sheet.pixels.reshape(-1, 2), np.ones(rows.size)])
+    design = np.column_stack([places.reshape(-1, 2), np.ones(rows.size)])
     to_grid = np.linalg.lstsq(design, np.column_stack([rows.ravel(), cols.ravel()]))[0]
     down = np.linspace(drawn[0, 1], drawn[-1, 1], SPINE_POINTS)
     line = np.column_stack([np.interp(down, drawn[:, 1], drawn[:, 0]), down, np.ones(SPINE_POINTS)])
@@ -93,17 +97,17 @@ def _drawn_spine(inspected: Inspected, points: tuple[tuple[float, float], ...]) 
     return Crease(nodes, 0.0)
 
 
-def _corrected(inspected: Inspected, sheet: SeparateSheet, part: PartEdits) -> SeparateSheet:
+def _corrected(inspected: Inspected, sheet: SeparateSheet, part: PartEdits, frame: Frame) -> SeparateSheet:
     """A sheet with its outline, masks and rotation as they were drawn."""
     if part.outline is None and not part.masks:
         prepared = sheet.prepared if part.rotate_deg == 0 else None
         return replace(sheet, prepared=prepared, rotate_deg=part.rotate_deg)
     of_mesh = sheet.of_mesh or sheet.segmented is None
     segmented = sheet.segmented or range_image_of(inspected)
-    places, size = _places(segmented.scan)
+    rays, (places, size) = segmented.rays, _places(segmented.scan, frame, segmented.scan.texture_xy)
     samples, inside = segmented.samples, segmented.inside
     if part.outline is not None:
-        paper = inside_polygon(checked_polygon(part.outline, size, "outline"), places)
+        paper = inside_polygon(checked_polygon(_seen(part.outline, rays, frame), size, "outline"), places)
         if not (paper & segmented.scan.measured).any():
             raise BadInput("outline: nothing was measured inside it", "draw it round the page")
         if sheet.spine is not None:  # the spine stays where it is
@@ -111,7 +115,7 @@ def _corrected(inspected: Inspected, sheet: SeparateSheet, part: PartEdits) -> S
         samples, inside = paper & segmented.scan.measured, paper
     erased = np.zeros(inside.shape, bool)
     for number, mask in enumerate(part.masks):
-        area = inside_polygon(checked_polygon(mask.polygon, size, f"masks.{number}"), places)
+        area = inside_polygon(checked_polygon(_seen(mask.polygon, rays, frame), size, f"masks.{number}"), places)
         if mask.what == "keep":
             if sheet.spine is not None:
                 area &= _on_side(sheet.spine, sheet.part, area.shape[1])
@@ -133,11 +137,21 @@ def _on_side(spine: LeafSpine, side: str, width: int) -> Mask:
     return np.asarray(past <= 0 if side == "left" else past >= 0)
 
 
-def _places(scan: RangeScan) -> tuple[Floats, tuple[int, int]]:
-    """Return where each sample is in the colour image, (rows, cols, 2) px.
+def _places(scan: RangeScan, frame: Frame, pixels: Floats) -> tuple[Floats, tuple[int, int]]:
+    """Return where each sample is in the image that points are drawn on.
 
-    Returns also the height and width of the image.
+    (rows, cols, 2), and its height and width.
+    pixels: (rows, cols, 2), the places in the colour image. Points in space are on the grid of samples.
     """
+    if frame == "space":
+        rows, cols = np.indices(scan.points.shape[:2]).astype(np.float64)
+        return np.dstack([cols, rows]), scan.points.shape[:2]
     if scan.texture is None:
-        raise BadInput("areas are drawn on the colour image, and the scan has none", "leave out outline and masks")
-    return scan.texture_xy, scan.texture.shape[:2]
+        raise BadInput("corrections are drawn on the colour image, and the scan has none", "give points in space")
+    return pixels, scan.texture.shape[:2]
+
+
+def _seen(points: Sequence[Point], rays: Rays, frame: Frame) -> Floats:
+    """Return where points (n, 2) px or (n, 3) mm are in that image, (n, 2)."""
+    drawn = np.array(points, float)
+    return np.stack(rays.grid(drawn)[::-1], axis=1) if frame == "space" else drawn

@@ -18,11 +18,14 @@ from restore.findings import Finding
 from restore.orientation import rotate_page
 from restore.outline.rectangle import page_size
 from restore.page import RestoredPage
-from restore.scan import Ints
-from restore.texture.coverage import CoverageClass
+from restore.scan import Floats, Ints, Mask
+from restore.texture.coverage import EDGE_PX, CoverageClass
 from restore.texture.page import MM_PER_INCH, PAPER
 
 SIZE_MM = 2.0  # by which a page may differ from the size that was given: leaves of a book differ by less
+OTHER_MM = 5.0  # beyond, it is another leaf or not the whole of one: leaves of a book and rulers differ by less
+SIDES = ("left", "top", "right", "bottom")
+MOSTLY = 0.5  # of a side: a corner that is cut off is not a side
 EMPTY = {
     "image": PAPER,
     "master": PAPER,
@@ -43,12 +46,57 @@ def finish_page(page: RestoredPage, part: PartEdits) -> RestoredPage:
     >>> finish_page(page, PartEdits(turn=1)).image.shape
     (118, 59, 3)
     """
-    size = size_before_rotation(page, part.rotate_deg)
-    found = page.findings + size_findings(size[::-1] if part.turn % 2 else size, part)
-    page = crop_page(rotate_page(page, 90 * part.turn), part.crop)
+    width, height = size_before_rotation(page, part.rotate_deg)
+    page = rotate_page(page, 90 * part.turn)
+    size = np.array((height, width) if part.turn % 2 else (width, height))
+    added = missing_mm(page, size, part)
+    found = page.findings + size_findings((size + added[:2] + added[2:]).tolist(), part)
+    page = crop_page(with_margins(page, added), part.crop)
     given = part.model_dump(mode="json", exclude_defaults=True)
     report = {**page.report, "edits": given, "findings": [one.as_json() for one in found]}
     return replace(page, report=report, findings=found)
+
+
+def missing_mm(page: RestoredPage, size_mm: Floats, part: PartEdits) -> Floats:
+    """Return by how much sides that are cut off lie within the given size.
+
+    (4,) mm, of SIDES; those that the picture cuts off.
+    It is placed from the opposite side, unless that is cut off, too. A page that is rotated by hand is left as it is.
+    """
+    missing = np.zeros(len(SIDES))
+    if part.size_mm is None or part.rotate_deg or page.report["coverage"]["cropped_fraction"] is None:
+        return missing
+    cut = cut_sides(page)
+    alone = cut & ~np.roll(cut, 2)
+    missing[alone] = np.maximum(np.tile(np.subtract(part.size_mm, size_mm), 2), 0.0)[alone]
+    return missing
+
+
+def cut_sides(page: RestoredPage) -> Mask:
+    """Return which of SIDES lie for the most part at the edge of the picture, (4,) bool."""
+    assert page.fine.texture is not None
+    on_page, last = page.coverage != CoverageClass.OUTSIDE, np.array(page.fine.texture.shape[1::-1]) - 1
+    at_edge = ((page.page_map <= EDGE_PX) | (page.page_map >= last - EDGE_PX)).any(axis=2)
+    cut = []
+    for quarters in range(len(SIDES)):  # counter-clockwise, which brings each side to the left
+        shown, edge = np.rot90(on_page, quarters), np.rot90(at_edge, quarters)
+        rows = np.flatnonzero(shown.any(axis=1))
+        cut.append(edge[rows, shown[rows].argmax(axis=1)].mean() > MOSTLY)
+    return np.array(cut)
+
+
+def with_margins(page: RestoredPage, added: Floats) -> RestoredPage:
+    """Return a page that is wider by (4,) mm at SIDES; the report lists those in `given`."""
+    if not added.any():
+        return page
+    height, width = page.image.shape[:2]
+    edges = np.rint(np.array([0, 0, width, height]) + np.array([-1, -1, 1, 1]) * added * page.dpi / MM_PER_INCH).astype(
+        np.int64
+    )
+    wider = page.changed_images(lambda name, values: _cropped(values, edges, EMPTY.get(name, np.nan)))
+    size = np.add(page.report["page_mm"], added[:2] + added[2:]).tolist()
+    given = [side for side, more in zip(SIDES, added, strict=True) if more]
+    return replace(page, report={**page.report, "page_mm": size, "given": given}, **wider)
 
 
 def size_before_rotation(page: RestoredPage, degrees: float) -> tuple[float, float]:
@@ -67,15 +115,17 @@ def size_findings(size_mm: Sequence[float], part: PartEdits) -> tuple[Finding, .
 
     >>> [one.code for one in size_findings((120.0, 173.0), PartEdits(size_mm=(120.0, 170.0)))]
     ['size_differs']
+    >>> [one.code for one in size_findings((120.0, 110.0), PartEdits(size_mm=(120.0, 170.0)))]
+    ['size_wrong']
     """
-    if (
-        part.size_mm is None
-        or not size_mm
-        or max(abs(a - b) for a, b in zip(size_mm, part.size_mm, strict=True)) <= SIZE_MM
-    ):
+    if part.size_mm is None:
+        return ()
+    off = max(abs(a - b) for a, b in zip(size_mm, part.size_mm, strict=True))
+    if off <= SIZE_MM:
         return ()
     names = ("width_mm", "height_mm", "given_width_mm", "given_height_mm")
-    return (Finding.of("size_differs", **dict(zip(names, (*size_mm, *part.size_mm), strict=True))),)
+    sizes = dict(zip(names, (*size_mm, *part.size_mm), strict=True))
+    return (Finding.of("size_differs", **sizes) if off <= OTHER_MM else Finding.of("size_wrong", **sizes),)
 
 
 def crop_page(page: RestoredPage, crop: Crop) -> RestoredPage:

@@ -20,7 +20,9 @@ MAX_POINTS = 2000  # in all: no outline drawn by hand has more
 HINT = "see docs/how-to/opened-books.md for the fields"
 
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
-Point = tuple[Coordinate, Coordinate]
+Point = Annotated[tuple[Coordinate, ...], Field(min_length=2, max_length=3)]
+Frame = Literal["picture", "space"]
+COORDINATES: Mapping[Frame, int] = {"picture": 2, "space": 3}
 Kind = Literal["leaf", "spread", "plate", "cover", "foldout", "insert", "target", "blank"]
 WHOLE: frozenset[Kind] = frozenset({"plate", "cover", "foldout", "insert", "target"})  # kinds that are never split
 Polygon = Annotated[tuple[Point, ...], Field(min_length=3, max_length=200)]
@@ -103,7 +105,8 @@ class PageEdits(BaseModel):
     scan        `sha512:…` of the file that they were made on; None for any.
     kind        what the scan shows; only a spread or a leaf can be split by itself.
     layout      auto, split, whole, left or right; the last two keep that leaf only.
-    spine       points from head to tail in pixels of the image; None as found.
+    frame       of all points: pixels of the picture, or space, mm in the frame of the scan.
+    spine       points from head to tail; None as found.
     overlap_mm  of the facing page, kept next to the spine.
     parts       `page`, `left`, `right` → their corrections.
 
@@ -115,7 +118,7 @@ class PageEdits(BaseModel):
     format: Literal["planish-edits"] = "planish-edits"
     version: Literal[1] = 1
     scan: Annotated[str, Field(pattern=r"^sha512:[0-9a-f]{128}$")] | None = None
-    frame: Literal["picture"] = "picture"
+    frame: Frame = "picture"
     kind: Kind | None = None
     layout: Literal["auto", "split", "whole", "left", "right"] = "auto"
     spine: Annotated[tuple[Point, ...], Field(min_length=2, max_length=16)] | None = None
@@ -126,11 +129,13 @@ class PageEdits(BaseModel):
 
     @model_validator(mode="after")
     def _is_of_limited_size(self) -> Self:
-        count = sum(
-            len(part.outline or ()) + sum(len(mask.polygon) for mask in part.masks) for part in self.parts.values()
-        )
-        if count > MAX_POINTS:
-            raise ValueError(f"{count} points are more than {MAX_POINTS}")
+        points = list(self.spine or ())
+        for part in self.parts.values():
+            points += [*(part.outline or ()), *(point for mask in part.masks for point in mask.polygon)]
+        if len(points) > MAX_POINTS:
+            raise ValueError(f"{len(points)} points are more than {MAX_POINTS}")
+        if any(len(point) != COORDINATES[self.frame] for point in points):
+            raise ValueError(f"points in {self.frame} have {COORDINATES[self.frame]} coordinates")
         return self
 
     def canonical(self) -> bytes:

@@ -15,7 +15,7 @@ MIN_AREA_PX2 = 50.0  # less is a click and not an area
 HINT = "draw it again"
 
 
-def checked_polygon(points: Sequence[tuple[float, float]], size: tuple[int, int], name: str) -> Floats:
+def checked_polygon(points: Sequence[Sequence[float]] | Floats, size: tuple[int, int], name: str) -> Floats:
     """Return a polygon (n, 2) px within an image of (height, width).
 
     Points slightly outside are moved to its edge. Raises BadInput for one that lies outside, crosses itself or has no

@@ -155,6 +155,16 @@ def seen_part(painting: Painting, coverage: Coverage) -> Painting:
     return replace(painting, image=image, mask=coverage.mask, source=source, page_source=page_source)
 
 
+def with_erased(image: Bytes, painting: Painting, coverage: Coverage) -> Bytes | None:
+    """Return the image (h, w, 3) of a page with what was removed by hand.
+
+    None where nothing was. The picture shows it where the surface, filled in from its neighbourhood, is taken to be.
+    image: without it.
+    """
+    erased = coverage.seen == CoverageClass.ERASED
+    return np.where(erased[..., None], painting.image, image) if erased.any() else None
+
+
 def of_kinds(seen: Bytes, kinds: Iterable[CoverageClass]) -> Mask:
     """Mark the pixels (h, w) of a page that are of one of some kinds."""
     table = np.zeros(256, np.uint8)

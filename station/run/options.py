@@ -49,11 +49,13 @@ class RunOptions:
         """Return the options with the outputs that they imply.
 
         The master when light or colours change, the coverage when occluded places are inpainted, the
-        uncertainty when it is estimated, the uncropped master when a page is cropped by hand.
+        uncertainty when it is estimated, the uncropped master when a page is cropped or a part of it removed by hand.
         """
         changed = self.settings.shading == "remove" or self.settings.white_balance != "keep" or self.to_srgb
         implied = {"master": changed, "coverage": self.settings.inpaint_mm > 0}
         parts = () if self.edits is None else self.edits.parts.values()
-        implied["uncropped"] = any(part.crop.mode != "paper" for part in parts)
+        implied["uncropped"] = any(
+            part.crop.mode != "paper" or any(mask.what == "remove" for mask in part.masks) for part in parts
+        )
         implied["uncertainty"] = self.settings.uncertainty
         return replace(self, outputs=self.outputs | {kind for kind, on in implied.items() if on})

@@ -47,12 +47,14 @@ CHECKS = {
 }
 
 
+SIZE_HINT = "compare the page with a ruler; set outline, spine or size: planish session edits"
 # Findings that an operator has to answer, whatever the limits: code → name of the check, what to do.
 QUESTIONS = {
     "layout_unsure": ("layout", "split the page, or set its layout to whole: planish session edits"),
-    "size_differs": ("size", "compare the page with a ruler; set outline, spine or size: planish session edits"),
+    "size_differs": ("size", SIZE_HINT),
+    "size_wrong": ("size", SIZE_HINT),
 }
-ASKED: Limits = (0.5, 1.5)  # of the number of such findings: one is amber
+ASKED: Limits = (0.5, 1.5)  # of the number of such findings, in which a doubt counts twice: one is amber, a doubt red
 
 
 @dataclass(frozen=True)
@@ -86,8 +88,11 @@ def questions(report: Mapping[str, Any]) -> list[Check]:
     found: list[Finding] = []
     with suppress(ValueError):
         found = [one for one in Finding.all_in(report) if one.code in QUESTIONS]
-    names = ((*QUESTIONS[one.code], one.text) for one in found)
-    return [Check(name, "amber", 1.0, ASKED, text, hint) for name, hint, text in names]
+    counts = [2.0 if one.severity == "doubt" else 1.0 for one in found]
+    return [
+        Check(QUESTIONS[one.code][0], level_of(count, ASKED), count, ASKED, one.text, QUESTIONS[one.code][1])
+        for one, count in zip(found, counts, strict=True)
+    ]
 
 
 def check_measures(

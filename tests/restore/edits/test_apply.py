@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from restore import BadInput, CoverageClass, NotEnoughSurface, PageEdits, Settings, restore_leaves
+from restore import (
+    BadInput,
+    CoverageClass,
+    NotEnoughSurface,
+    PageEdits,
+    PartEdits,
+    Settings,
+    restore,
+    restore_leaves,
+)
 from restore.edits.apply import correct_leaves
+from restore.edits.finish import finish_page
 from restore.layout.split import OVERLAP_MM
 from tests.restore.layout.conftest import PAGE_MM, SPINE_MM, shot
 
@@ -46,7 +58,54 @@ def test_what_a_hand_removes_is_blank_and_told():
     assert erased == pytest.approx(40 * 40 / (PAGE_MM[0] * PAGE_MM[1]), rel=0.1)
     assert (page.image[page.coverage == CoverageClass.ERASED] == 255).all()
     assert "removed_by_hand" in [found.code for found in page.findings]
+    (whole,) = corrected(layout="whole").parts.values()
+    removed = page.coverage == CoverageClass.ERASED
+    off = [np.abs(one[removed].astype(float) - whole.master[removed]).mean() for one in (page.uncropped, page.image)]
+    assert off[0] < 0.2 * off[1]  # the master has the text that the page is without
+    rest = ~removed & page.mask
+    np.testing.assert_array_equal(page.uncropped[rest], page.master[rest])
     assert page.report["page_mm"] == pytest.approx(PAGE_MM, abs=ERROR_MM)
+
+
+def test_points_in_space_do_what_they_do_in_the_picture():
+    scan, _ = shot(False)
+    box = box_px(20.0, 20.0, 60.0, 60.0)
+    head, tail = px(SPINE_MM + 20, 128), px(SPINE_MM + 20, 2)
+
+    def in_space(point):
+        apart = np.hypot(*(scan.texture_xy - point).transpose(2, 0, 1))
+        return tuple(map(float, scan.points[np.unravel_index(np.argmin(apart), apart.shape)]))
+
+    def restored(frame, change):
+        mask = {"what": "remove", "polygon": tuple(change(point) for point in box)}
+        fields = {"frame": frame, "layout": "split", "spine": (change(head), change(tail))}
+        return corrected(**fields, parts={"left": {"masks": (mask,)}}).parts["left"].report
+
+    one, two = restored("picture", tuple), restored("space", in_space)
+    assert two["page_mm"] == pytest.approx(one["page_mm"], abs=0.1)
+    assert two["coverage"]["erased"] == pytest.approx(one["coverage"]["erased"], rel=0.02)
+
+
+@pytest.mark.parametrize("beyond", [12.0, -12.0])
+def test_a_side_that_the_picture_cuts_off_is_placed_by_the_size(beyond):
+    """The opposite side holds it, the picture stays as it is, and a size that is too small places nothing."""
+    scan, _ = shot(False)
+    last = round(px(150.0, 65.0)[0])
+    cols = int(np.searchsorted(scan.texture_xy[120, :, 0], last))
+    cut = replace(
+        scan, points=scan.points[:, :cols], texture=scan.texture[:, :last], texture_xy=scan.texture_xy[:, :cols]
+    )
+    found = restore(cut, COARSE)
+    size = (found.report["page_mm"][0] + beyond, found.report["page_mm"][1])
+    page = finish_page(found, PartEdits(size_mm=size))
+    more = max(beyond, 0.0)
+    assert page.report.get("given", []) == (["right"] if more else [])
+    assert page.report["page_mm"] == pytest.approx((found.report["page_mm"][0] + more, size[1]))
+    width = found.image.shape[1]
+    np.testing.assert_array_equal(page.image[:, :width], found.image)
+    assert (page.coverage[:, width:] == CoverageClass.OUTSIDE).all()
+    assert page.image.shape[1] - width == round(more * COARSE.dpi / 25.4)
+    assert ("size_wrong" in [one.code for one in page.findings]) == (beyond < 0)
 
 
 def test_an_outline_is_where_the_page_ends():

@@ -50,6 +50,8 @@ def test_canonical_bytes_are_read_as_they_were_written(points, layout, overlap):
         (b'{"parts": {"left": {"settings": {"dpi": 1}}}}', "parts.left.settings"),
         (b'{"parts": {"left": {"crop": {"mode": "box", "box": [5, 5, 1, 9]}}}}', "parts.left.crop"),
         (b'{"spine": [[1, 2]]}', "spine"),
+        (b'{"spine": [[1, 2], [3, 4, 5]]}', "points in picture have 2 coordinates"),
+        (b'{"frame": "space", "spine": [[1, 2], [3, 4]]}', "points in space have 3 coordinates"),
         (b'{"scan": "md5:1"}', "scan"),
         (json.dumps({"parts": {"page": {"outline": [[0.0, float(i)] for i in range(201)]}}}).encode(), "outline"),
         (json.dumps({"parts": {"page": {"outline": [[1e9, 0], [0, 1], [1, 1]]}}}).encode(), "outline"),

@@ -73,13 +73,15 @@ def test_saved_corrections_give_the_same_page_to_the_byte(tmp_path):
     assert (first / "book.png").read_bytes() == (second / "book.png").read_bytes()
     cropped, whole = (read_page(first / f"book{ending}.png").image for ending in ("", "-uncropped"))
     assert whole.shape[0] < cropped.shape[0]  # by the margin
-    assert "size_differs" not in [one["code"] for one in pages[0]["findings"]]  # the box of a rotated page is larger
+    assert not [
+        one for one in pages[0]["findings"] if one["code"].startswith("size_")
+    ]  # the box of a rotated page is larger
     assert main(["restore", str(scan), "-o", str(second), *COARSE, "--save-edits", str(saved)]) == 2  # it is there
 
 
 def test_another_size_than_was_given_is_reported_and_scales_nothing(book, tmp_path):
     out = tmp_path / "out"
-    assert main(["restore", str(book), "-o", str(out), *COARSE, "--size", "200x135"]) == 0
+    assert main(["restore", str(book), "-o", str(out), *COARSE, "--size", "200x133.5"]) == 0
     report = reports(out)["book"]
     assert report["page_mm"] == pytest.approx(PAGE_MM, abs=ERROR_MM)
     assert [one["code"] for one in report["findings"] if one["code"] == "size_differs"] == ["size_differs"]

@@ -6,7 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from station.verdict.checks import CHECKS, LEVELS, as_result, check_measures, level_of, worst
+from restore import Finding
+from station.verdict.checks import CHECKS, LEVELS, as_result, check_measures, level_of, questions, worst
 from station.verdict.same_page import fingerprint
 from station.verdict.thresholds import Thresholds
 
@@ -49,6 +50,14 @@ def test_the_worst_finding_decides_and_comes_first():
     )
     assert findings[1].text.startswith("same page as page 7 1.00 (amber > 0.60, red > 0.80)")
     assert as_result(findings)["checks"][0]["limits"] == [0.1, 0.2]
+
+
+def test_a_question_is_amber_and_a_doubt_red():
+    sizes = dict.fromkeys(("width_mm", "height_mm", "given_width_mm", "given_height_mm"), 1.0)
+    asked = [Finding.of(code, **sizes) for code in ("size_differs", "size_wrong")] + [Finding.of("no_picture")]
+    found = questions({"findings": [one.as_json() for one in asked]})
+    assert [(one.name, one.level) for one in found] == [("size", "amber"), ("size", "red")]
+    assert all(one.level == level_of(one.value, one.limits) for one in found)
 
 
 def test_nothing_to_judge_is_green():
