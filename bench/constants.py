@@ -1,36 +1,21 @@
-"""`python -m bench.constants [--write-docs]`: every constant of the default method with its reason, and how many."""
+"""`python -m bench.constants [--write-docs]`: the named numbers of `restore`, by kind, and those that a scan reads.
+
+The default path is what restoring two scans of a printed page calls: FAST on a white table, FINE on a dark one.
+"""
 
 from __future__ import annotations
 
 import argparse
-import re
-from pathlib import Path
 
-from oracles.constants import ENGINE, ROOT, constants_of
-
-PAGE = ROOT / "docs" / "reference" / "constants.md"
-ASKED = 32  # a third of the 97 of the method before
-
-
-def table() -> str:
-    """A line for each constant of the engine, and their number."""
-    lines = ["| module | constant | value | reason |", "|---|---|---|---|"]
-    for module in ENGINE:
-        for name, value, reason in constants_of(ROOT / module):
-            cell = reason.replace("|", "\\|")
-            lines.append(f"| {Path(module).stem} | `{name}` | {value} | {cell} |")
-    return "\n".join([*lines, "", f"{len(lines) - 2} constants; {ASKED} are aimed at."])
+from oracles.constants_page import PAGE, page
 
 
 def main(*, write: bool) -> None:
-    """Print the table; write: write it to the reference page."""
-    print(table())
+    """Print the page; write: write it to the reference."""
+    text = page()
+    print(text)
     if write:
-        page = PAGE.read_text("utf-8")
-        found = re.sub(
-            r"(<!-- constants -->\n).*?(<!-- end -->)", lambda m: m[1] + table() + "\n" + m[2], page, flags=re.DOTALL
-        )
-        PAGE.write_text(found, "utf-8")
+        PAGE.write_text(text, "utf-8")
 
 
 if __name__ == "__main__":
