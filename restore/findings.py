@@ -26,6 +26,7 @@ class Code(NamedTuple):
     share_of: str = ""
 
 
+NOTABLE = 0.01  # of what a finding is a share of: less is noise, specks, corners
 RECORDED = "recorded"  # a sentence of an older record, which had no codes
 
 CODES: Mapping[str, Code] = {

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from restore.findings import Finding
+from restore.findings import NOTABLE, Finding
 from restore.mesh.measures import edge_strain, face_signs, flipped_faces, signed_areas, straight_lengths, surface_area
 from restore.mesh.strain import face_strain, smooth_rms_strain
 from restore.mesh.topology import Topology
 from restore.numerics.limits import SINGLE_PRECISION
+from restore.numerics.robust import MAJORITY
 from restore.outline.rectangle import page_size
 from restore.page import FlatMesh
 from restore.prepared.prepared import Prepared, Unrolled
@@ -24,8 +25,6 @@ from restore.texture.page import Painting
 
 NOT_DEVELOPABLE = 0.005  # rms of the smooth strain: paper stretches by less before it tears
 ESTIMATED = 0.01  # of its straight length: an edge whose rest length differs by more bends much
-UPSIDE_DOWN = 0.01  # of the faces: noise turns single ones
-MOSTLY = 0.5  # of the edges: the rest lengths of fewer are checked by those that need no estimate
 
 
 def describe(prepared: Prepared, unrolled: Unrolled, painting: Painting, settings: Settings) -> dict[str, Any]:
@@ -112,11 +111,11 @@ def findings_of_page(fine: FlatMesh, report: Mapping[str, Any]) -> list[Finding]
     if count > 1:
         found.append(Finding.of("pieces", count=count))
     upside_down = report["flipped_faces"] / len(fine.faces)
-    if upside_down > UPSIDE_DOWN:
+    if upside_down > NOTABLE:
         found.append(Finding.of("upside_down", upside_down))
     if report["strain"]["smooth_rms"] > NOT_DEVELOPABLE:
         found.append(Finding.of("not_developable", strain=report["strain"]["smooth_rms"]))
     estimated = report["strain"]["chord_strain"]["estimated_fraction"]
-    if estimated > MOSTLY:
+    if estimated > MAJORITY:  # those of fewer are checked by those that need no estimate
         found.append(Finding.of("lengths_estimated", estimated))
     return found

@@ -21,7 +21,7 @@ from restore.scan import Floats, Ints, RangeScan
 MAX_SCATTER = 0.1
 MIN_SAMPLES = 50
 # 45°: a shadow of the laser ends on its ray, steeper than that for any baseline that is shorter than the distance.
-SHADOW_SLOPE = 1.0
+STEEP = 1.0
 MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that both camera and laser see, less steep than the step to the table
 EDGE_BLUR = 3  # samples over which lens and drop-outs blur the edge of the sheet
 MAX_GAP = 2  # samples: drop-outs inside ink leave gaps of one or two

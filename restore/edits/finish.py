@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from restore.edits.model import Crop, PartEdits
 from restore.errors import NotEnoughSurface
 from restore.findings import Finding
+from restore.numerics.robust import MAJORITY
 from restore.orientation import rotate_page
 from restore.outline.rectangle import page_size
 from restore.page import RestoredPage
@@ -25,7 +26,6 @@ from restore.texture.page import MM_PER_INCH, PAPER
 SIZE_MM = 2.0  # by which a page may differ from the size that was given: leaves of a book differ by less
 OTHER_MM = 5.0  # beyond, it is another leaf or not the whole of one: leaves of a book and rulers differ by less
 SIDES = ("left", "top", "right", "bottom")
-MOSTLY = 0.5  # of a side: a corner that is cut off is not a side
 EMPTY = {
     "image": PAPER,
     "master": PAPER,
@@ -81,7 +81,7 @@ def cut_sides(page: RestoredPage) -> Mask:
     for quarters in range(len(SIDES)):  # counter-clockwise, which brings each side to the left
         shown, edge = np.rot90(on_page, quarters), np.rot90(at_edge, quarters)
         rows = np.flatnonzero(shown.any(axis=1))
-        cut.append(edge[rows, shown[rows].argmax(axis=1)].mean() > MOSTLY)
+        cut.append(edge[rows, shown[rows].argmax(axis=1)].mean() > MAJORITY)
     return np.array(cut)
 
 

@@ -16,13 +16,13 @@ from restore.mesh.places import first_at_place, first_in_chart
 from restore.mesh.topology import Topology
 from restore.mesh.triangulate import MIN_PIECE_SHARE, compact
 from restore.mesh.validate import ValidMesh, validated
+from restore.numerics.robust import MAJORITY
 from restore.scan import Ints, SurfaceMesh
 
 RAW_RATIO = 5  # times the points requested: a denser mesh is a scanner's own, a coarser one was decimated before
 
 MAX_PIECES = 500  # of a page: one that was torn up further is put together by hand before
 MAX_DEBRIS = 0.02  # of the area: what a scanner leaves round a page
-MOSTLY = 0.5
 
 
 def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
@@ -96,7 +96,7 @@ def without_debris(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
     left_out = float(areas[~kept].sum() / areas.sum())
     if left_out <= MAX_DEBRIS:
         return mesh, []
-    if left_out > MOSTLY:
+    if left_out > MAJORITY:
         raise NotEnoughSurface(
             f"{left_out:.0%} of the surface is in scraps: its triangles do not hang together",
             "join the vertices that lie at one place in a mesh editor, and export it again",

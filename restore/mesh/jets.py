@@ -16,12 +16,12 @@ import numpy as np
 from restore.mesh.adjacency import Adjacency, faces_around, neighbours_of
 from restore.mesh.measures import face_normals, face_signs, norms
 from restore.numerics.limits import SQUARE_TINY, overflows_silently
+from restore.numerics.robust import SIGNIFICANT
 from restore.scan import Floats, Ints
 
 MAX_NEIGHBOURS = 32  # two rings have 18 on average; of more the nearest count, whatever numbers they have
 MAX_FOUND = MAX_NEIGHBOURS * MAX_NEIGHBOURS  # among which those are looked for
 STAND_OFF = 0.03  # slope, 2°: neighbours that stand off a plane or a patch by more have a quarter of their weight
-SIGMAS = 3.0  # of the noise, of vertices or of angles: smaller deviations are not significant
 ROUNDS = 3  # of iterations that settle at once: reweighting, and Newton's method over a crease
 PRIOR = 1e-2  # of one neighbour's weight: holds slopes and curvatures that too few neighbours leave open near zero
 TERMS = 6  # height, two slopes, three second derivatives
@@ -98,7 +98,7 @@ def _fit_all(
         grain = known_noise / reach
         _set_frame(planes[_own_face(i, around, planes, points, nearness, far, weights, grain)], frame)
         _turn(points, far, frame)
-        own = 1.0 + (STAND_OFF * reach / max(SIGMAS * noise, SQUARE_TINY)) ** 2
+        own = 1.0 + (STAND_OFF * reach / max(SIGNIFICANT * noise, SQUARE_TINY)) ** 2
         _fit(points, nearness, far, products, weights, own, sums, jet, grain)
         steep = 1.0 / sqrt(1.0 + jet[1] ** 2 + jet[2] ** 2)
         offsets[i] = steep * jet[0] * reach
@@ -207,7 +207,7 @@ def _squared(off: float, nearness: float, grain: float) -> float:
 
     The scale is a slope of STAND_OFF, and the noise.
     """
-    return off**2 / ((STAND_OFF / nearness) ** 2 + (SIGMAS * grain) ** 2)
+    return off**2 / ((STAND_OFF / nearness) ** 2 + (SIGNIFICANT * grain) ** 2)
 
 
 @numba.njit(cache=True, error_model="numpy", inline="always")

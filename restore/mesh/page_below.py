@@ -14,12 +14,12 @@ from restore.mesh.clean import select
 from restore.mesh.measures import face_normals, vertex_normals
 from restore.mesh.validate import ValidMesh, validated
 from restore.numerics.limits import TINY
+from restore.numerics.robust import MAJORITY
 from restore.scan import Floats, Ints, Mask
 
 CREASED = np.sqrt(0.5)  # cosine between the normals of faces at a step: 45° and more, at its top and at its foot
 MAX_STRIP = 0.15  # of the surface: more is a page of its own, or a part of this one
 MIN_STRIP = 0.002  # of it: less is noise, and no word
-MOSTLY = 0.5
 
 
 def without_page_below(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
@@ -87,7 +87,7 @@ def _drop(mesh: ValidMesh, bridges: Ints, of_vertex: Ints, page: int, strip: int
     walls = _unit(face_normals(mesh.vertices, across))
     steep = np.abs(np.einsum("ij,ij->i", walls, above)) < CREASED
     parallel = np.einsum("ij,ij->i", above, below) > CREASED
-    return float(np.median(down)) if float((steep & parallel & (down > 0.0)).mean()) > MOSTLY else 0.0
+    return float(np.median(down)) if float((steep & parallel & (down > 0.0)).mean()) > MAJORITY else 0.0
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -12,11 +12,11 @@ import numba
 import numpy as np
 
 from restore.mesh.decimation_bias import correct_decimation_bias, stood_outside
-from restore.mesh.jets import ROUNDS, SIGMAS, Jets, Rings, fit_jets, rings_of
+from restore.mesh.jets import ROUNDS, Jets, Rings, fit_jets, rings_of
 from restore.mesh.measures import corner_angles, straight_lengths
 from restore.mesh.topology import Topology
 from restore.numerics.limits import SINGLE_PRECISION, SQUARE_TINY
-from restore.numerics.robust import MAD_TO_SIGMA, robust_sigma
+from restore.numerics.robust import MAD_TO_SIGMA, SIGNIFICANT, robust_sigma
 from restore.scan import Floats, Ints
 
 PROBES = 100  # vertices that determine the noise
@@ -108,14 +108,14 @@ def _steepest_bend(jets: Jets, edges: Ints) -> float:
 
     A greater one is a crease. Patches pass by their vertices because of noise, and because no quadratic follows a steep
     bend: there neighbours lie on the same side of their patches. Where they do so no more often than by chance, noise
-    is the greater part, and the rotations of bends, too, may be more than CREASE: up to SIGMAS robust standard
+    is the greater part, and the rotations of bends, too, may be more than CREASE: up to SIGNIFICANT robust standard
     deviations of all of them, about 0.
     edges: (e, 2).
     """
     alike = jets.offsets[edges].prod(axis=1) > 0.0
-    if alike.mean() > 0.5 + SIGMAS * 0.5 / sqrt(len(edges)):
+    if alike.mean() > 0.5 + SIGNIFICANT * 0.5 / sqrt(len(edges)):
         return CREASE
-    return max(CREASE, SIGMAS * robust_sigma(_turns(jets.normals, edges)))
+    return max(CREASE, SIGNIFICANT * robust_sigma(_turns(jets.normals, edges)))
 
 
 def _beside_no_crease(points: Floats, jets: Jets, edges: Ints, steepest: float) -> Ints:

@@ -12,6 +12,9 @@ from restore.scan import Floats
 # 1 / Φ⁻¹(3/4): the median absolute deviation of a normal distribution times this is its standard deviation (Rousseeuw &
 # Croux, "Alternatives to the median absolute deviation", 1993).
 MAD_TO_SIGMA = 1.4826
+MAJORITY = 0.5  # of a whole: more is most of it
+SIGNIFICANT = 3.0  # standard deviations: of normal noise one in 370 lies farther out
+OUTLYING = 4.0  # standard deviations: of normal noise one in 16,000
 
 
 def robust_sigma(residuals: NDArray[Any]) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.numerics.limits import TINY
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import MAJORITY, robust_sigma
 from restore.outline.crossings import Crossings, PictureEdge, where
 from restore.range_image.facets.sheet import Sheet
 from restore.scan import Bytes, Floats, Mask
@@ -31,7 +31,6 @@ MIN_STEP = 20.0  # codes: a dozen times the noise of one pixel, or more
 MOST = 1.0  # samples from the crossing: a step farther off is another
 CUT = 0.5  # samples more, where a mesh was cut: its last vertices lie anywhere within a spacing of the paper's edge
 EVEN = 1.0  # codes between the 10th and 90th percentile: a camera's noise has more, what an atlas leaves empty has not
-CLEAR = 0.5  # of the crossings, at least, show a step
 
 
 class PictureSteps(NamedTuple):
@@ -80,7 +79,7 @@ def steps_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> Pict
     An atlas, as a mesh may have for a picture, ends some pixels beyond the mesh before what it leaves empty: that is
     not a step of paper.
     normal: (2,), unit vector that points outwards.
-    Returns None unless CLEAR of k crossings show a step.
+    Returns None unless MAJORITY of k crossings show a step.
     """
     if sheet.scan.texture is None or not len(crossings.nodes):
         return None
@@ -94,7 +93,7 @@ def steps_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> Pict
         return None
     steps, clear, paper, table = _steps(profiles)
     clear &= np.abs(steps) * reach < most
-    if clear.mean() < CLEAR:
+    if clear.mean() < MAJORITY:
         return None
     there = crossings.places + (steps * reach)[:, None] * normal
     moved = crossings._replace(samples=np.repeat(there[:, None], 2, axis=1))

@@ -7,7 +7,6 @@ import numpy as np
 
 from restore.scan import Floats
 
-MIN_RECTANGLE_FILL = 0.95  # of its bounding rectangle: a page that fills less is torn or not rectangular
 MIN_TORN_FILL = 0.8  # of it, with a corner torn off: a larger one takes two thirds of both adjacent sides
 MIN_WHOLE_SIDE = 0.85  # straight fraction of the two sides that a torn corner leaves whole: dents take a part of them
 MIN_TORN_SIDE = 0.3  # and of the other two: a corner of a fifth leaves a third of each; of a slanting side 0.1 is near
@@ -24,7 +23,7 @@ def fills_rectangle(outline: Floats, area: float) -> bool:
     outline: (n, 2) mm, of a page of `area` mm².
     """
     _, (width, height), _ = cv2.minAreaRect(_without_tips(outline).astype(np.float32))
-    return bool(area >= MIN_RECTANGLE_FILL * width * height)
+    return bool(area >= (1.0 - CORNER_SHARE) * width * height)
 
 
 def has_straight_sides(outline: Floats, area: float) -> bool:

@@ -26,7 +26,7 @@ from restore.scan import Floats, Ints, Mask
 
 OUTLINE_ERROR = 0.5  # samples: a surface that ends between two of them is assumed to end midway
 INLIER_DISTANCE = 0.75  # samples: OUTLINE_ERROR, and the error of the line itself
-MAX_SHIFT = 1.75  # samples: INLIER_DISTANCE, and a sample that the border lost or gained
+MAX_SHIFT = INLIER_DISTANCE + 1.0  # samples: and one that the border lost or gained
 MIN_INLIERS = 0.75  # fraction of a side's outline points near its line; torn or curved sides have fewer
 MAX_CORNER_SHIFT = 4.0  # samples: morphology has rounded the corners, and nodes are as far apart
 MIN_LINE_POINTS = 8  # of the outline: fewer do not determine a line

@@ -20,10 +20,6 @@ COARSE_MM = MM_PER_INCH / COARSE_DPI
 NARROW_SIGMA = 6.0  # pixels: the average over a pixel adds a 400th to the variance of such a blur
 OVERSAMPLING = 1.2  # of the smaller copies that are read for it
 
-_CODE = np.arange(256) / 255
-LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
-"""Linear light (256,) of each sRGB code (IEC 61966-2-1)."""
-
 
 def blurred_widely(values: Floats, sigma: float) -> Floats:
     """Blur values by a Gaussian, in a smaller copy where it is wide.

@@ -15,6 +15,7 @@ from restore.errors import BadInput
 from restore.findings import Finding
 from restore.mesh.measures import signed_areas
 from restore.mesh.raster import rasterise
+from restore.numerics.robust import MAJORITY
 from restore.page import FlatMesh
 from restore.photo.coarse import COARSE_MM
 from restore.photo.obstructions import RIM_MM
@@ -27,8 +28,6 @@ from restore.runtime.threads import in_threads
 from restore.scan import Bytes, Floats, Ints, Mask
 from restore.texture.page import Painting, extend_edge_colours, paint_page
 from restore.texture.resolution import Resolution, print_or_outline_mtf50
-
-MOSTLY = 0.5  # of a pixel
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +119,7 @@ def paint_registered(
         reports[number - 1] |= _use(planned, sources[index], best == index, index)
         number_of[index] = number
     rows, cols = painting.mask.shape
-    covered = enlarged(np.asarray(planned.covered.any(axis=0), np.float32), 0, rows, cols, dpi) > MOSTLY
+    covered = enlarged(np.asarray(planned.covered.any(axis=0), np.float32), 0, rows, cols, dpi) > MAJORITY
     page_source = number_of[painting.page_source]
     return replace(painting, page_source=page_source, covered=covered & painting.mask), reports
 

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from restore.camera.photo_camera import project_map
 from restore.mesh.raster import rasterise
+from restore.numerics.srgb import LINEAR
 from restore.page import FlatMesh
-from restore.photo.coarse import COARSE_DPI, LINEAR
+from restore.photo.coarse import COARSE_DPI
 from restore.photo.sources import Plan, Source
 from restore.runtime.threads import in_bands
 from restore.scan import Bytes, Mask

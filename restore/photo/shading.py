@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from restore.numerics.limits import SINGLE_TINY
+from restore.numerics.srgb import LINEAR
 from restore.page import FlatMesh
-from restore.photo.coarse import LINEAR
 from restore.photo.page import Registered, sources_of
 from restore.photo.paint import MIN_SHARE, enlarged, lit, paint
 from restore.photo.sources import Plan, Source, plan

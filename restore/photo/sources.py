@@ -17,8 +17,9 @@ from scipy.ndimage import distance_transform_edt
 from restore.camera.photo_camera import PhotoCamera
 from restore.mesh.measures import vertex_normals
 from restore.numerics.limits import SINGLE_TINY
+from restore.numerics.srgb import LINEAR
 from restore.page import FlatMesh
-from restore.photo.coarse import COARSE_DPI, LINEAR, CoarseView, Placed, blurred_widely
+from restore.photo.coarse import COARSE_DPI, CoarseView, Placed, blurred_widely
 from restore.photo.obstructions import MARGIN_MM, compare, covered_mask
 from restore.photo.visible import clipped_fraction, glare_mask, visible_points
 from restore.runtime.threads import in_threads

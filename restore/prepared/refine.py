@@ -32,7 +32,6 @@ SLOPE_STRIDE = 8  # lines of the grid: the mean slope of a page needs no more
 # takes as long as they have nodes: a page that fills the picture has as many in either mode of the scanner.
 FINEST_STRIDE, WIDEST_STRIDE = 2, 4
 NODES = 15_000
-BORDER_SNAP = 2.0  # samples: sides are moved by up to 1.75, and a narrower cell at the border would collapse
 NONLINEAR_MM = 0.005  # as much as the noise of a scan moves the places of a smooth page
 # of an edge: no surface that bends evenly moves the middle farther within a few samples; a crease does
 MAX_APART = 0.05
@@ -80,7 +79,8 @@ def lattice_over(sheet: Sheet, stride: int) -> tuple[Floats, Ints]:
     stride: samples from node to node.
     Returns grid positions (n, 2) and faces (m, 3).
     """
-    return lattice(sheet.inside, stride, BORDER_SNAP)
+    # Sides are moved by nearly as much, and a narrower cell at the border would collapse.
+    return lattice(sheet.inside, stride, FINEST_STRIDE)
 
 
 def interpolate_flat_positions(

@@ -11,14 +11,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import binary_erosion
 
-from restore.camera.rays import SHADOW_SLOPE
+from restore.camera.rays import STEEP
+from restore.numerics.robust import MAJORITY
 from restore.range_image.facets.sheet import Sheet
 from restore.range_image.gaps import gaps_of_rows
 from restore.range_image.segmentation.segment import SegmentedScan
 from restore.scan import Floats, Mask
 
 MIN_GAP = 4  # samples: of 30 % lost at random, four in a row are lost at one place in a hundred
-MEASURED_TABLE = 0.5  # of the image outside the sheet: a table that gives no range itself says nothing of the paper
 STEEPEST = np.cos(np.radians(70.0))  # of the line of sight to the paper: a third of the light, a third of the samples
 
 
@@ -29,9 +29,9 @@ def lost_border(segmented: SegmentedScan) -> float:
     """
     depth, measured, inside = -segmented.scan.points[..., 2], segmented.scan.measured, segmented.inside
     beyond = measured[~inside]
-    if not beyond.size or beyond.mean() < MEASURED_TABLE:
+    if not beyond.size or beyond.mean() < MAJORITY:  # a table that gives no range says nothing of the paper
         return 0.0
-    step = abs(segmented.rays.dx) * SHADOW_SLOPE
+    step = abs(segmented.rays.dx) * STEEP
     shadow = _steep_gaps(depth, measured, step) | _steep_gaps(depth.T, measured.T, step).T
     gaps = _gaps_beside(measured, inside, shadow) + _gaps_beside(measured.T, inside.T, shadow.T)
     border = sum(int(np.diff(inside, axis=axis).sum()) for axis in (0, 1))

@@ -11,6 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from restore.camera.rays import EDGE_BLUR
 from restore.numerics.limits import TINY
 from restore.range_image.border import lost_border
 from restore.range_image.facets.facet_model import PRECISION, WIDE_RADIUS, fit_facets
@@ -18,7 +19,6 @@ from restore.range_image.facets.sheet import Sheet, make_sheet
 from restore.range_image.segmentation.segment import SegmentedScan
 from restore.scan import Floats, Mask, RangeScan
 
-EXTRAPOLATION_BLUR = 3.0  # samples: Gaussian σ, wider than a drop-out
 MARGIN = 4  # samples: one cell of the lattices
 MESH_PRECISION = 2e-5  # of the depth: error of linear interpolation between the vertices of a mesh, next to creases
 AFFINE_SUBSET = 7  # every seventh sample determines three unknowns well enough
@@ -102,8 +102,6 @@ def _texture_positions(scan: RangeScan) -> Floats:
     affine = fit[0] + rows[..., None] * fit[1] + cols[..., None] * fit[2]
     # A scanner's own grid is affine; on a mesh resampled from another viewpoint the residual varies, but slowly.
     residual = np.where(known[..., None], scan.texture_xy - affine, 0.0)
-    blurred_known = cv2.GaussianBlur(known.astype(np.float64), (0, 0), EXTRAPOLATION_BLUR)
-    blurred_residual = (
-        cv2.GaussianBlur(residual, (0, 0), EXTRAPOLATION_BLUR) / np.maximum(blurred_known, TINY)[..., None]
-    )
+    blurred_known = cv2.GaussianBlur(known.astype(np.float64), (0, 0), EDGE_BLUR)
+    blurred_residual = cv2.GaussianBlur(residual, (0, 0), EDGE_BLUR) / np.maximum(blurred_known, TINY)[..., None]
     return affine + np.where(known[..., None], residual, blurred_residual)

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
-from restore.camera.rays import SHADOW_SLOPE
+from restore.camera.rays import STEEP
 from restore.mesh.adjacency import used_vertices
 from restore.mesh.raster import rasterise
 from restore.numerics.robust import robust_sigma
@@ -74,7 +74,7 @@ def _holes(sheet: Sheet, behind: Floats, table: Floats) -> Mask:
     if not known.any():
         return known
     distance, (row, col) = distance_transform_edt(~known, return_indices=True)
-    shadowed = (gaps == gaps[row, col]) & (distance < SHADOW_SLOPE * through[row, col])
+    shadowed = (gaps == gaps[row, col]) & (distance < STEEP * through[row, col])
     shadowed &= (seen > MIN_SHARE * size)[gaps] & (gaps > 0)
     return known | _without_tails(known | shadowed, known)
 

@@ -8,10 +8,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.numerics.srgb import LINEAR, srgb_codes
 from restore.runtime.threads import in_bands
 from restore.scan import Bytes, Mask
 from restore.shading.relief import Field
-from restore.shading.srgb import LINEAR, srgb_codes
 from restore.shading.steps import CELL, Steps
 
 CODES = 4096  # steps of light for the way back to codes: half a code at the dark end, far less elsewhere

@@ -5,10 +5,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from restore.numerics.srgb import LINEAR
 from restore.scan import Mask
 from restore.shading.channels import as_list, highest, lowest, total_of
 from restore.shading.relief import Field
-from restore.shading.srgb import LINEAR
 from restore.texture.page import MM_PER_INCH
 
 LOCAL_MM = 20.0  # the brightest thing within this distance is paper

@@ -16,6 +16,7 @@ import numpy as np
 
 from restore.numerics.limits import SINGLE_TINY
 from restore.numerics.robust import MAD_TO_SIGMA
+from restore.numerics.srgb import LINEAR
 from restore.scan import Bytes, Floats, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollows
@@ -27,7 +28,6 @@ from restore.shading.print_contrast import loses_print
 from restore.shading.regions import regions_of
 from restore.shading.relief import Field, Relief
 from restore.shading.residual import CONTRAST, Residual, residual_light
-from restore.shading.srgb import LINEAR
 from restore.shading.steps import Steps, find_steps, place_steps
 from restore.shading.surroundings import places_of, surroundings_of
 

@@ -14,10 +14,10 @@ import cv2
 import numpy as np
 
 from restore.numerics.limits import SINGLE_TINY
+from restore.numerics.srgb import LINEAR, srgb_codes
 from restore.scan import Bytes, Mask
 from restore.shading.paper import paper_candidates
 from restore.shading.relief import Field
-from restore.shading.srgb import LINEAR, srgb_codes
 from restore.texture.page import MM_PER_INCH
 
 CELL_MM = 0.42  # over which the paper's colour is averaged: the finest print leaves cells of bare paper between words

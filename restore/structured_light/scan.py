@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from restore.errors import BadInput, NotEnoughSurface
 from restore.findings import Finding
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import MAJORITY, robust_sigma
 from restore.scan import Bytes, Floats, Mask, RangeScan
 from restore.structured_light.decode import REACH, Axis, decode_axis, projected_light
 from restore.structured_light.grid import ViewGrid, view_grid
@@ -26,7 +26,6 @@ MIN_EPIPOLAR = 0.05  # projector pixels: least limit, or exact data would be all
 MAX_EPIPOLAR = 2.0  # projector pixels, of most samples: calibrations come within one
 CLIPPED = 254  # grey levels of a picture that is overexposed
 MAX_CLIPPED = 0.2  # of the lit pixels
-KEPT_LINES = 0.5  # of the samples of the fullest row: a row with fewer is outside the projector's picture
 
 DARK_HINT = (
     "darken the room, let the projector fill the camera's view, and expose so that the white image is bright; "
@@ -149,7 +148,7 @@ def _frame(kept: Mask) -> tuple[slice, slice]:
     frame = []
     for axis in (1, 0):
         count = kept.sum(axis=axis)
-        full = np.flatnonzero(count >= KEPT_LINES * count.max())
+        full = np.flatnonzero(count >= MAJORITY * count.max())  # the rest is outside the projector's picture
         frame.append(slice(int(full[0]), int(full[-1]) + 1))
     return frame[0], frame[1]
 

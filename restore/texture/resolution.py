@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from restore.numerics.srgb import LINEAR
 from restore.runtime.given_later import given_later
 from restore.scan import Bytes, Floats, Ints, Mask
 
@@ -26,8 +27,7 @@ PLATEAU = 3  # pixels from the edge: farther off, the light of a sharp edge is f
 GRID = 8  # pixels: of so large a square the steepest pixel may be an edge
 TILE = 1024  # pixels of a side that are searched at once
 MAX_EDGES = 400
-FLAT = 0.12  # of the step: a super-resolved edge rings by as much, another stroke in the window makes more
-MISFIT = 0.06  # rms, of the step
+MISFIT = 0.06  # rms, of the step: a super-resolved edge rings by as much, over a range of four times that
 MIN_STEP = 0.06  # of full light: several times the noise
 HIGH = 0.5  # of the step that nine in ten do not exceed: ink and table next to paper, not shade or relief
 MIN_EDGES = 8  # windows
@@ -107,7 +107,7 @@ def edge_mtf50(picture: Bytes, mask: Mask) -> float | None:
     mask: (h, w), where to measure.
     Returns None when fewer than MIN_EDGES edges are found.
     """
-    light = _linear(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
+    light = LINEAR[cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)]
     inside = mask.astype(np.uint8)
     for level in range(LEVELS):
         found = _edges(light, inside > 0)
@@ -158,12 +158,6 @@ def _tapered(count: int, fraction: float) -> Floats:
     """
     from_end = np.arange(count) / (fraction * (count - 1) / 2)
     return 0.5 - 0.5 * np.cos(np.pi * np.clip(np.minimum(from_end, from_end[::-1]), 0.0, 1.0))
-
-
-def _linear(grey: Bytes) -> Light:
-    code = np.arange(256) / 255
-    light = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
-    return np.asarray(light.astype(np.float32)[grey])
 
 
 def _edges(light: Light, inside: Mask) -> list[Floats]:
@@ -235,7 +229,7 @@ def _isolated(light: Light, places: Ints, turn: Floats) -> tuple[Ints, Floats, F
         sides.append(light[places[:, :1] + np.rint(y).astype(int), places[:, 1:] + np.rint(x).astype(int)])
     low, high = sides
     rise = high.mean(axis=1) - low.mean(axis=1)
-    kept = (rise > MIN_STEP) & (np.ptp(low, axis=1) < 2 * FLAT * rise) & (np.ptp(high, axis=1) < 2 * FLAT * rise)
+    kept = (rise > MIN_STEP) & np.all([np.ptp(side, axis=1) < 4 * MISFIT * rise for side in sides], axis=0)
     return places[kept], turn[kept], rise[kept].astype(float)
 
 

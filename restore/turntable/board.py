@@ -9,10 +9,10 @@ import numpy as np
 
 from restore.camera.rays import Rays, find_rays
 from restore.errors import BadInput
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import SIGNIFICANT, robust_sigma
 from restore.scan import Bytes, Floats, RangeScan
 
-OUTLIER_SIGMAS, ITERATIONS = 3.0, 5  # samples this far off the board's plane do not belong to it
+ITERATIONS = 5  # of a fit to the samples that are significantly near to it
 NO_BOARD = "put a flat board with ArUco markers (DICT_4X4) on the stage, in the depth window and evenly lit"
 
 
@@ -74,7 +74,7 @@ def _fit_plane(scan: RangeScan, positions: Floats) -> Floats:
     for _ in range(ITERATIONS):
         plane, *_ = np.linalg.lstsq(design[inliers], values[inliers], rcond=None)
         residual = np.abs(design @ plane - values)
-        inliers = residual <= OUTLIER_SIGMAS * robust_sigma(residual)
+        inliers = residual <= SIGNIFICANT * robust_sigma(residual)
     return np.asarray(plane)
 
 

@@ -8,7 +8,8 @@ from math import asin, cos, sin
 import numpy as np
 
 from restore.numerics.robust import robust_sigma
-from restore.range_image.facets.facet_model import MIN_MEMBERS, SIGNAL_CLASSES, WIDE_RADIUS, signal_classes
+from restore.range_image.facets.facet_model import SIGNAL_CLASSES, WIDE_RADIUS, signal_classes
+from restore.range_image.facets.quadratic_fit import MIN_SAMPLES
 from restore.range_image.facets.sheet import Sheet
 from restore.scan import Floats
 
@@ -42,7 +43,7 @@ def estimate_noise(sheet: Sheet, inverse_depth: Floats, signal: Floats | None) -
     sigmas = np.full(SIGNAL_CLASSES + 1, np.nan)
     for k in range(SIGNAL_CLASSES):
         members = residual[good & (classes == k)]
-        if len(members) >= MIN_MEMBERS:
+        if len(members) >= MIN_SAMPLES:
             sigmas[k] = robust_sigma(members)
     least = float(np.nanmin(sigmas))
     scale = np.where(np.isfinite(sigmas[classes]), sigmas[classes], least)

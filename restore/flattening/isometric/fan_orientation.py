@@ -15,11 +15,10 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import Sides, adjacency, inner_vertices
-from restore.mesh.jets import SIGMAS
 from restore.mesh.measures import corner_angles, face_signs
 from restore.mesh.network import Network
 from restore.numerics.limits import SINGLE_TINY, SMALL
-from restore.numerics.robust import MAD_TO_SIGMA
+from restore.numerics.robust import MAD_TO_SIGMA, SIGNIFICANT
 from restore.scan import Floats, Ints
 
 MAX_WAYS = 2048  # to close a fan of twelve faces, which are all tried; larger fans follow from their neighbours
@@ -65,7 +64,8 @@ def told_together(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> 
         return signs, np.zeros(len(faces), np.int64)
     turns: Floats = np.asarray(np.bincount(corners, np.repeat(signs, 3) * angles, len(inner)), np.float64)
     gaps = _gaps(turns)
-    chance = float(SIGMAS * MAD_TO_SIGMA * np.median(gaps[upright]) + SINGLE_TINY)  # rad, up to which a gap is closed
+    # rad, up to which a gap is closed
+    chance = float(SIGNIFICANT * MAD_TO_SIGMA * np.median(gaps[upright]) + SINGLE_TINY)
     known = upright & (gaps <= chance)
     fans = np.flatnonzero(inner & ~known)
     open_fans = int((gaps[fans] > chance).sum())

@@ -15,7 +15,7 @@ from scipy.fft import fft, irfft2, next_fast_len, rfft, rfft2
 from scipy.ndimage import label
 
 from restore.numerics.limits import SINGLE_TINY
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import MAJORITY, SIGNIFICANT, robust_sigma
 from restore.range_image.facets.quadratic_fit import POWERS
 from restore.runtime.threads import in_threads
 from restore.scan import Bytes, Floats, Mask
@@ -27,9 +27,6 @@ BORDER_MARGIN = 2  # samples: kernels cut by the border of the page respond to i
 DIRECTIONS = 16  # every 11.25°: at half of that the ends of a kernel are one sample off the crease
 # Hysteresis (Canny 1986): a crease needs a sample above the first threshold and follows samples above the second.
 KINK_SIGMAS = 5.5
-FOLLOW_SIGMAS = 3.0
-MIN_SEPARATION = 5  # samples: the filter responds to either side of a strong crease; nearer ridges are not distinct
-MIN_MEASURED = 0.5  # fraction of measured samples in a kernel: at the border of a filled hole there are false kinks
 MAX_SPREAD = 300.0  # greatest deviation over the median, whose square is then a hundred steps of single precision
 
 Spectrum = NDArray[np.complexfloating[Any, Any]]
@@ -54,8 +51,9 @@ def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
         np.maximum(strongest, kink, out=strongest)
     ridge = np.zeros_like(inside)
     for k, angle in enumerate(angles):
-        ridge |= (direction == k) & (strongest >= cv2.dilate(strongest, _line(angle, MIN_SEPARATION)))
-    pieces, _ = label(ridge & (strongest > FOLLOW_SIGMAS), np.ones((3, 3)))
+        # The filter responds to either side of a strong crease: nearer ridges are not distinct.
+        ridge |= (direction == k) & (strongest >= cv2.dilate(strongest, _line(angle, HALF_WIDTH + 1)))
+    pieces, _ = label(ridge & (strongest > SIGNIFICANT), np.ones((3, 3)))
     creases: Mask = np.isin(pieces, np.setdiff1d(pieces[ridge & (strongest > KINK_SIGMAS)], [0]))
     return creases
 
@@ -91,7 +89,7 @@ def _kink_sigmas(
     kernel, line = _kink_kernel(angle), _line(angle + np.pi / 2, HALF_LENGTH)
     deviation = np.sqrt(np.maximum(_filtered(variance, kernel**2, inner.shape), SINGLE_TINY))
     fraction = _filtered(measured, (kernel != 0) / np.count_nonzero(kernel), inner.shape)
-    complete = (cv2.erode(interior, line, borderValue=0) > 0) & (fraction > MIN_MEASURED)
+    complete = (cv2.erode(interior, line, borderValue=0) > 0) & (fraction > MAJORITY)
     if not complete.any():
         return np.zeros(inner.shape, np.float32)
     sigmas = np.abs(_filtered(data, kernel, inner.shape)) / deviation

@@ -16,23 +16,20 @@ from numpy.typing import NDArray
 
 from restore.errors import NotEnoughSurface
 from restore.numerics.limits import TINY
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import MAJORITY, OUTLYING, robust_sigma
 from restore.range_image.facets.creases import find_creases
-from restore.range_image.facets.quadratic_fit import MAX_LEVERAGE, Quadratics, fit_quadratics
+from restore.range_image.facets.quadratic_fit import MAX_LEVERAGE, MIN_SAMPLES, Quadratics, fit_quadratics
 from restore.range_image.facets.tangent_fit import FIELDS, fit_over_tangents
 from restore.runtime.threads import in_bands
 from restore.scan import Floats, Ints, Mask
 
 WIDE_RADIUS = 3  # 7×7 samples: the slope's noise is 1/14 of the depth's, per sample
 NARROW_RADIUS = 2  # 5×5 samples between creases that leave no room for more
-SPARSE = 0.5  # of the samples inside a wide window: where dark ink leaves fewer, slopes are twice as uncertain
 SPARSE_RADII = (6, 12)  # of windows with as many samples where a quarter, or a sixteenth, is left
 MAX_BEND_SIGMAS = 6.0  # σ of the noise: rise of the quadratic over the wide window, beyond which higher terms matter
 MAX_MISFIT_SIGMAS = 1.5  # residual over the noise; with 43 degrees of freedom noise alone stays below 1.3
 PASSES = 3  # the first is biased by the outliers that it detects; the third changes slopes by less than the noise
-OUTLIER_SIGMAS = 4.0
 PRECISION = 3e-6  # of the depth, a quarter of the scanner's best: least noise, or exact data would be all outliers
-MIN_MEMBERS = 12  # samples of a signal class, to estimate its noise
 SIGNAL_CLASSES = 8  # enough to separate ink, half-tones and paper
 SHIFT_PENALTY = 0.02  # of the merit, per sample of shift
 # Until the creases are known windows are missing at the border whose quadratic passes three columns exactly,
@@ -124,13 +121,13 @@ def _weights(residual: Floats, classes: NDArray[np.int8], floor: float) -> tuple
     best, (of_class, among) = np.inf, (grid[known & (classes >= 0)] for grid in (classes, residual))
     for k in range(classes.max() + 1):
         members = among[of_class == k]
-        if len(members) < MIN_MEMBERS:
+        if len(members) < MIN_SAMPLES:
             continue
         sigmas[k] = max(robust_sigma(members), floor)
         best = min(best, sigmas[k])
         weights[k] = (best / sigmas[k]) ** 2
     deviation, off = sigmas[classes], np.where(known, np.abs(residual), 0.0)  # class −1 has the last entry, 0
-    limit = OUTLIER_SIGMAS * np.maximum(deviation, _median_around(off))  # where all are off, the quadratic does not fit
+    limit = OUTLYING * np.maximum(deviation, _median_around(off))  # where all are off, the quadratic does not fit
     return np.where(off < limit, weights[classes], 0.0), deviation
 
 
@@ -184,12 +181,12 @@ def _fit_windows(
 
 
 def _sparse(used: Mask, inside: Mask, radius: int) -> Mask:
-    """Return where less than the fraction SPARSE of a wide window is used.
+    """Return where less than half of the samples in a wide window are used.
 
-    Of the samples inside. Returns (rows, cols) bool.
+    Of those inside: where dark ink leaves fewer, slopes are twice as uncertain. Returns (rows, cols) bool.
     """
     size = (2 * radius + 1,) * 2
-    counted = inside.astype(np.float32) * SPARSE - used
+    counted = inside.astype(np.float32) * MAJORITY - used
     return np.asarray(cv2.boxFilter(counted, -1, size, borderType=cv2.BORDER_CONSTANT) > 0.0)
 
 

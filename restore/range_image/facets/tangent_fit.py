@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from restore.camera.rays import STEEP
 from restore.range_image.facets.quadratic_fit import MAX_LEVERAGE, MIN_SAMPLES, POWERS, SINGULAR
 from restore.runtime.threads import in_bands
 from restore.scan import Floats, Ints, Mask
@@ -21,7 +22,6 @@ QUADRATIC, CUBIC = len(POWERS), len(ALL_POWERS)  # terms
 MAX_BEND = 16.0  # standard deviations of the samples: rise of the quadratic, beyond which cubic terms matter
 BY_CHANCE = 6.0  # F of four more terms and 39 degrees of freedom: noise alone exceeds it once in 1,400 windows
 ROUNDS = 4  # of Newton's method, from the tangent plane to the surface
-MAX_TURN = 1.0  # slope over the plane, 45°: what turns by more within a window is two sides, or extrapolated too far
 FIELDS = 4  # value, slope per column, slope per row, variance
 
 
@@ -242,7 +242,7 @@ def _on_line_of_sight(col: int, row: int, axes: Floats, s: Floats) -> tuple[floa
     """Return depth on a line of sight, and its change per column and row.
 
     By Newton's method on the height over the plane, whose slopes in (col, row, depth) are those of the surface; NaN
-    where it turns too far.
+    where it turns by more than 45° from the plane: that is two sides, or extrapolated too far.
     s: (CUBIC,), the surface.
     """
     depth = -(axes[2, 0] * col + axes[2, 1] * row) / axes[2, 2]
@@ -256,7 +256,7 @@ def _on_line_of_sight(col: int, row: int, axes: Floats, s: Floats) -> tuple[floa
         by_col = axes[2, 0] - along_a * axes[0, 0] - along_b * axes[1, 0]
         by_row = axes[2, 1] - along_a * axes[0, 1] - along_b * axes[1, 1]
         by_depth = axes[2, 2] - along_a * axes[0, 2] - along_b * axes[1, 2]
-        if by_depth <= 0.0 or along_a * along_a + along_b * along_b > MAX_TURN * MAX_TURN:
+        if by_depth <= 0.0 or along_a * along_a + along_b * along_b > STEEP * STEEP:
             return np.nan, np.nan, np.nan
         depth -= (over - height) / by_depth
     return depth, -by_col / by_depth, -by_row / by_depth

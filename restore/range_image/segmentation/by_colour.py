@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from restore.camera.rays import EDGE_BLUR, SUBSET_STRIDE
-from restore.numerics.robust import robust_sigma, robust_sigmas
+from restore.numerics.robust import OUTLYING, robust_sigma, robust_sigmas
 from restore.range_image.segmentation.outline import is_sheet
-from restore.range_image.segmentation.plane import ON_PLANE_SIGMAS, TablePlane, refitted
+from restore.range_image.segmentation.plane import TablePlane, refitted
 from restore.scan import Floats, Mask, RangeScan
 
 MAX_COLOUR_DISTANCE = 3.5  # Mahalanobis distance; 1 % of a normal colour cloud lies outside
@@ -80,7 +80,7 @@ def _unevenness(plane: TablePlane, band: Mask, colour: Floats, centre: Floats, s
     """
     near = band & (np.abs(plane.height) < MAX_WRINKLE_MM)
     heights = plane.height[near][_of_colour(colour[near], centre, sigma)]
-    return max(plane.tolerance, min(ON_PLANE_SIGMAS * robust_sigma(heights), MAX_WRINKLE_MM))
+    return max(plane.tolerance, min(OUTLYING * robust_sigma(heights), MAX_WRINKLE_MM))
 
 
 def _of_colour(colours: Floats, centre: Floats, sigma: Floats) -> Mask:

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.camera.rays import EDGE_BLUR, MAX_GAP
-from restore.range_image.segmentation.outline import CONTACT_SLOPE, is_sheet, without_speckles
+from restore.camera.rays import EDGE_BLUR, MAX_GAP, STEEP
+from restore.range_image.segmentation.outline import is_sheet, without_speckles
 from restore.range_image.segmentation.plane import TablePlane, lies_on
 from restore.scan import Floats, Mask
 
@@ -43,7 +43,7 @@ def _contacts(height: Floats, above: Mask, tolerance: float, pitch: float) -> Ma
     for row in range(rows):
         gently = np.ones((2, cols), np.bool_)
         for past in range(EDGE_BLUR):
-            most = tolerance + CONTACT_SLOPE * pitch * (past + MAX_GAP)
+            most = tolerance + STEEP * pitch * (past + MAX_GAP)
             for col in range(cols - past):
                 gently[0, col + past] &= not height[row, col] > most  # NaN is not a step
                 gently[1, col] &= not height[row, col + past] > most

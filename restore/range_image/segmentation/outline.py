@@ -8,18 +8,16 @@ import cv2
 import numpy as np
 from scipy.ndimage import binary_erosion, binary_fill_holes
 
-from restore.camera.rays import EDGE_BLUR, SHADOW_SLOPE
+from restore.camera.rays import EDGE_BLUR, STEEP
+from restore.numerics.robust import OUTLYING
 from restore.range_image.segmentation.plane import TablePlane
 from restore.scan import Floats, Ints, Mask
 
-INWARDS = 3  # samples over which a page goes on as at its outline: 2 to 4 mm
 MAX_APART = 10  # samples from a page to its table, besides the width of its shadow: of black cloth a tenth is measured
 STRIP = 6  # samples along the outline of a flat page, on both sides of it
 MIN_STRIP = 100  # samples of one
 PAPER_MM = 0.05  # half the thickness of paper of 80 g/m²: dark ink may seem nearer or farther, by less
-STEP_SIGMAS = 4.0
 MIN_SHEET = 0.05  # of the samples, in one piece; the rest of a page that fills the picture is letters and lines
-CONTACT_SLOPE = 1.0  # 45°: a page that touches the table rises from it less steeply, its edge more so
 
 
 class PageOutline(NamedTuple):
@@ -70,9 +68,11 @@ def outline_of(page: Mask, table: Mask, plane: TablePlane) -> PageOutline:
     outline, apart = _beside(table, page & ~binary_erosion(page, border_value=1) & plane.measured, page, plane)
     height = plane.height[outline]
     on_page = np.where(page & plane.measured, plane.height, -np.inf)
-    highest = cv2.dilate(on_page, np.ones((2 * INWARDS + 1, 2 * INWARDS + 1)))[outline]
-    clear = height - (highest - height) / INWARDS * apart > plane.tolerance
-    touching = height < plane.tolerance + CONTACT_SLOPE * plane.pitch
+    # Over 2 to 4 mm a page goes on as at its outline.
+    highest = cv2.dilate(on_page, np.ones((2 * EDGE_BLUR + 1, 2 * EDGE_BLUR + 1)))[outline]
+    clear = height - (highest - height) / EDGE_BLUR * apart > plane.tolerance
+    # A page that touches its table rises from it less steeply, its edge more so.
+    touching = height < plane.tolerance + STEEP * plane.pitch
     return PageOutline(*(float(some.sum() / max(some.size, 1)) for some in (clear, touching)))
 
 
@@ -90,7 +90,7 @@ def lies_above(page: Mask, table: Mask, plane: TablePlane) -> bool:
     if min(inner.size, outer.size) < MIN_STRIP:
         return False
     error = np.sqrt(inner.var() / inner.size + outer.var() / outer.size)
-    return bool(inner.mean() - outer.mean() > max(PAPER_MM, STEP_SIGMAS * error))
+    return bool(inner.mean() - outer.mean() > max(PAPER_MM, OUTLYING * error))
 
 
 def _within(mask: Mask, samples: int) -> Mask:
@@ -109,7 +109,7 @@ def _beside(table: Mask, outline: Mask, page: Mask, plane: TablePlane) -> tuple[
     found, apart = np.argwhere(outline), apart[outline]
     ends = np.stack(np.unravel_index(nearest[outline], page.shape), axis=1)
     between = np.rint(0.5 * (found + ends)).astype(int)
-    near = (apart - MAX_APART) * plane.pitch * SHADOW_SLOPE < plane.height[outline]
+    near = (apart - MAX_APART) * plane.pitch * STEEP < plane.height[outline]
     near &= ~page[tuple(between.T)] | (apart < 2.0)
     return tuple(found[near].T), apart[near]
 

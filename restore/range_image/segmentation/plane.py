@@ -6,15 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from restore.numerics.robust import robust_sigma
-from restore.range_image.segmentation.surface import block_numbers, blocks_of, likeliest_surface, terms_of
+from restore.numerics.robust import OUTLYING, robust_sigma
+from restore.range_image.segmentation.surface import BORDER_BAND, block_numbers, blocks_of, likeliest_surface, terms_of
 from restore.scan import Floats, Mask, RangeScan
 
-ON_PLANE_SIGMAS = 4.0
 MIN_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
 MAX_BOW = 0.01  # of the breadth of the picture: what a table may be bowed by; a page is bent by more
 EVERYWHERE = 64  # samples between those that determine how far a surface is bowed
-MAX_SPAN = 24  # samples over which a page is nearly straight, and lines within one side of the band
 MIN_SPANS = 30  # enough to estimate the noise to a sixth
 
 
@@ -67,9 +65,9 @@ def fit_table_plane(scan: RangeScan, inverse_depth: Floats, band: Mask, apart: i
     most = MAX_BOW * side * max(band.shape)
     surface = likeliest_surface(blocks, terms.reshape(-1, terms.shape[-1])[everywhere], most)
     if surface is None:
-        return TablePlane(nearer, ON_PLANE_SIGMAS * noise, side), own  # over a plane at infinity: nothing lies on it
+        return TablePlane(nearer, OUTLYING * noise, side), own  # over a plane at infinity: nothing lies on it
     own[band] = surface.of(blocks)[numbers]
-    tolerance = ON_PLANE_SIGMAS * float(np.hypot(noise, surface.uneven))
+    tolerance = OUTLYING * float(np.hypot(noise, surface.uneven))
     return TablePlane(nearer - terms @ surface.factors, tolerance, side), own
 
 
@@ -101,14 +99,14 @@ def _pitch(x: Floats) -> float:
 def _noise_sigma(inverse_depth: Floats, band: Mask, apart: int) -> float:
     """Return the standard deviation of a sample, 1/mm.
 
-    From its deviation from the line between the samples before and after it. They are in one column, where noise is
-    uncorrelated, and count alike where most were lost.
+    Over two widths of the band a page is nearly straight: from its deviation from the line between the samples before
+    and after it. They are in one column, where noise is uncorrelated, and count alike where most were lost.
     """
     every = np.ascontiguousarray(band[::apart].T)
     col, row = np.nonzero(every)
     value = inverse_depth[::apart].T[every]
     span = row[2:] - row[:-2]
-    together = (col[2:] == col[:-2]) & (span <= MAX_SPAN)
+    together = (col[2:] == col[:-2]) & (span <= 2 * BORDER_BAND)
     fraction = ((row[1:-1] - row[:-2]) / np.maximum(span, 1))[together]
     before, own, after = (part[together] for part in (value[:-2], value[1:-1], value[2:]))
     off = (own - (1.0 - fraction) * before - fraction * after) / np.sqrt(1.0 + fraction**2 + (1.0 - fraction) ** 2)

@@ -11,9 +11,10 @@ import numba
 import numpy as np
 from scipy.ndimage import binary_erosion, binary_fill_holes
 
-from restore.camera.rays import MAX_GAP, MAX_SLOPE, SHADOW_SLOPE, Rays
+from restore.camera.rays import MAX_GAP, MAX_SLOPE, STEEP, Rays
 from restore.errors import NotEnoughSurface
-from restore.findings import Finding
+from restore.findings import NOTABLE, Finding
+from restore.numerics.robust import MAJORITY
 from restore.range_image.gaps import gaps_of_rows
 from restore.range_image.segmentation.outline import frame_of
 from restore.range_image.segmentation.table import find_table
@@ -21,13 +22,10 @@ from restore.scan import Floats, Ints, Mask, RangeScan, with_findings
 
 MIN_SHARE = 0.02  # of the grid: a smaller piece is not a page
 ANOTHER = 0.25  # of the largest surface: another page, or the rest of a torn one; a hand or a weight has less
-ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the laser was strong enough
 SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the image"
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
 MAX_TOUCHING = 0.04  # of a page's outline on a table of its own colour: the corners of one that is flat elsewhere
-MAX_UNCONNECTED = 0.01  # of a sheet's samples, in pieces that do not connect to it: noise and specks have a tenth of it
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
-SPECK = 2  # samples: anything narrower is noise; in the row that an edge runs along some are counted as the sheet's
 MAX_LOST = CLOSING_DIAMETER - 1  # samples in a row that a sheet goes on over: the outline is closed over as many
 # The same next to a table that was measured, where nothing but the sheet can have lost them: across a side that is
 # hollow, by a radius of 25 samples or more, it adds half a sample at most.
@@ -98,7 +96,7 @@ def _unconnected(samples: Mask, sheets: Sequence[SegmentedScan]) -> list[Finding
     """Return a finding where samples (rows, cols) connect to no sheet."""
     rest = samples & ~np.any([sheet.inside for sheet in sheets], axis=0)
     fraction = float(rest.sum() / sum(sheet.samples.sum() for sheet in sheets))
-    return [Finding.of("unconnected", fraction)] if fraction > MAX_UNCONNECTED else []
+    return [Finding.of("unconnected", fraction)] if fraction > NOTABLE else []
 
 
 def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
@@ -111,7 +109,7 @@ def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan
     sheet = _labelled(scan, rays, samples, labels == max(int(np.argmax(sizes)), 1))
     if sheet.fraction < MIN_SHARE:
         count = sheet.samples.sum()
-        small = count < MIN_SHARE * labels.size and count > ONE_PIECE * samples.sum()
+        small = count < MIN_SHARE * labels.size and count > MAJORITY * samples.sum()
         hint = SMALL_HINT if small else SPARSE_HINT
         raise NotEnoughSurface(f"the largest connected surface covers {sheet.fraction:.1%} of the image", hint)
     others = int((sizes >= max(ANOTHER * sizes.max(), MIN_SHARE * labels.size)).sum()) - 1
@@ -184,7 +182,7 @@ def _over_lost(scan: RangeScan, rays: Rays, samples: Mask) -> tuple[Floats, Mask
     """
     depth, measured = -scan.points[..., 2], scan.measured
     longest = MAX_LOST_ON_TABLE if (measured & ~samples).any() else MAX_LOST
-    step = rays.dx * SHADOW_SLOPE
+    step = rays.dx * STEEP
     along = _interpolated(depth, samples, measured, longest, step)
     columns = np.ascontiguousarray(depth.T), np.ascontiguousarray(samples.T), np.ascontiguousarray(measured.T)
     down = _interpolated(*columns, longest, step).T
@@ -202,8 +200,9 @@ def fill_outline(samples: Mask) -> Mask:
     # Padded: closing would otherwise bridge a notch to the border of the grid.
     closed = cv2.morphologyEx(np.pad(samples, CLOSING_DIAMETER).astype(np.uint8), cv2.MORPH_CLOSE, kernel)
     # An ellipse ends in single samples: it would leave specks as narrow before a straight side.
+    # What is narrower than a gap is noise: in the row that an edge runs along some samples are counted as the sheet's.
     broad = cv2.morphologyEx(
-        binary_fill_holes(closed).astype(np.uint8), cv2.MORPH_OPEN, np.ones((SPECK + 1, SPECK + 1), np.uint8)
+        binary_fill_holes(closed).astype(np.uint8), cv2.MORPH_OPEN, np.ones((MAX_GAP + 1, MAX_GAP + 1), np.uint8)
     )
     opened = cv2.morphologyEx(broad, cv2.MORPH_OPEN, kernel)
     filled: Mask = opened[CLOSING_DIAMETER:-CLOSING_DIAMETER, CLOSING_DIAMETER:-CLOSING_DIAMETER].astype(bool)

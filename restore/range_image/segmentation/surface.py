@@ -11,14 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from restore.numerics.robust import SIGNIFICANT
 from restore.scan import Floats, Ints, Mask
 
-BLOCK = 6  # samples a side, half the width of the border band: a mean has a sixth of the noise of one
+BORDER_BAND = 12  # samples: the table reaches the border of the picture, the sheet should not
+BLOCK = BORDER_BAND // 2  # samples a side: a mean has a sixth of the noise of one
 TRIALS = 200  # of three blocks: with a quarter on the table, one trial in 64 hits it
 LIKELY = 3  # trials that are refined: which of those on one surface is the best is noise
 REFINEMENTS = 8  # a plane on one part of a bowed table takes some steps to the next part
-ON_SURFACE = 3.0  # standard deviations of a block's mean
-UNEVEN_MM = (0.05, 0.15, 0.4)  # as much ON_SURFACE, besides noise: ink on paper, boards, cloth in wrinkles
+UNEVEN_MM = (0.05, 0.15, 0.4)  # a significant deviation, besides noise: ink on paper, boards, cloth in wrinkles
 SPREAD_MM = 3.0  # heights of what lies on a table: one is as likely as another
 PLANE, BOWED = 3, 6  # terms of a plane, the first of those of a bowed surface
 
@@ -51,7 +52,7 @@ class TableSurface(NamedTuple):
     def of(self, blocks: Blocks) -> Mask:
         """Return which blocks are on the surface, (n,) bool."""
         off = np.abs(blocks.heights - blocks.terms @ self.factors)
-        return np.asarray(off < ON_SURFACE * _sigma(blocks, self.uneven))
+        return np.asarray(off < SIGNIFICANT * _sigma(blocks, self.uneven))
 
     def evidence(self, blocks: Blocks, parameters: int) -> float:
         """Return the Bayesian information criterion of a surface.
@@ -61,9 +62,9 @@ class TableSurface(NamedTuple):
         """
         sigma = _sigma(blocks, self.uneven)
         off = blocks.heights - blocks.terms @ self.factors
-        off_surface = np.abs(off) >= ON_SURFACE * sigma
+        off_surface = np.abs(off) >= SIGNIFICANT * sigma
         step = np.median(off[off_surface]) if off_surface.any() else np.inf
-        fraction = blocks.weights @ (np.abs(off - step) < ON_SURFACE * sigma) / blocks.weights.sum()
+        fraction = blocks.weights @ (np.abs(off - step) < SIGNIFICANT * sigma) / blocks.weights.sum()
         likely = (1.0 - fraction) * _normal(off / sigma) + fraction * _normal((off - step) / sigma)
         return float(2.0 * blocks.weights @ np.log(likely / sigma + 1.0 / SPREAD_MM) - parameters * np.log(len(off)))
 
@@ -120,7 +121,7 @@ def likeliest_surface(blocks: Blocks, everywhere: Floats, most_mm: float) -> Tab
         return None
     found: list[tuple[float, TableSurface]] = []
     off, bends = np.abs(blocks.heights[:, None] - blocks.terms @ planes.T), _bends(everywhere)
-    for uneven in (some / ON_SURFACE for some in UNEVEN_MM):
+    for uneven in (some / SIGNIFICANT for some in UNEVEN_MM):
         for plane in planes[_likely(off, blocks, uneven)]:
             flat = _refined(TableSurface(plane, uneven), blocks, PLANE)
             bowed = _refined(flat, blocks, BOWED)
@@ -147,9 +148,9 @@ def _planes_of_three(blocks: Blocks) -> Floats:
 def _likely(off: Floats, blocks: Blocks, uneven: float) -> Ints:
     """Return the LIKELY planes of least squared deviation, (LIKELY,).
 
-    off: (n, k) mm, of blocks from k planes, each limited to ON_SURFACE (MSAC: Torr & Zisserman, "MLESAC", 2000).
+    off: (n, k) mm, of blocks from k planes, each limited to SIGNIFICANT (MSAC: Torr & Zisserman, "MLESAC", 2000).
     """
-    limit = ON_SURFACE * _sigma(blocks, uneven)
+    limit = SIGNIFICANT * _sigma(blocks, uneven)
     squares = blocks.weights @ np.minimum(off / limit[:, None], 1.0) ** 2
     return np.asarray(np.argsort(squares)[:LIKELY])
 

@@ -16,9 +16,9 @@ from restore.range_image.segmentation.by_colour import ColouredTable, lab_colour
 from restore.range_image.segmentation.by_depth import table_by_depth
 from restore.range_image.segmentation.outline import is_enclosed, lies_above, outline_of, page_on
 from restore.range_image.segmentation.plane import TablePlane, fit_table_plane, lies_on
+from restore.range_image.segmentation.surface import BORDER_BAND
 from restore.scan import Floats, Mask, RangeScan
 
-BORDER_BAND = 12  # samples: the table reaches the border of the picture, the sheet should not
 MIN_BAND = 100  # samples of it that determine a plane: a hundredth of it, and of black cloth a tenth is measured
 MIN_SHARE = 0.25  # of the band's samples on one plane, for a table
 MIN_LEFT = 0.05  # of the band, besides the planes that were tried: fewer are what dark ink scatters off a page

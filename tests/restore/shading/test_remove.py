@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from drivers.simulated.scene.albedo import srgb
+from restore.numerics.srgb import LINEAR, srgb_codes
 from restore.shading import divide as module
 from restore.shading.relief import Relief
 from restore.shading.remove import LIGHT_DPI, MAX_GAIN, find_light
-from restore.shading.srgb import LINEAR, srgb_codes
 from restore.texture.page import MM_PER_INCH
 
 DPI = 100.0

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
+from restore.numerics.srgb import LINEAR, srgb_codes
 from restore.shading.divide import divided
-from restore.shading.srgb import LINEAR, srgb_codes
 from restore.shading.steps import DISPLACED, WIDTH, find_steps, place_steps
 
 SHAPE = (160, 200)

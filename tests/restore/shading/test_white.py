@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restore.shading.srgb import LINEAR, srgb_codes
+from restore.numerics.srgb import LINEAR, srgb_codes
 from restore.shading.white import balance_on_paper
 
 DPI = 100.0

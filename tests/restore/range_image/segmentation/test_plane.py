@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from restore.range_image.segmentation.plane import ON_PLANE_SIGMAS, fit_table_plane, lies_on
-from restore.range_image.segmentation.surface import BLOCK, ON_SURFACE, UNEVEN_MM
+from restore.numerics.robust import OUTLYING, SIGNIFICANT
+from restore.range_image.segmentation.plane import fit_table_plane, lies_on
+from restore.range_image.segmentation.surface import BLOCK, UNEVEN_MM
 from restore.scan import RangeScan
 
 DISTANCE_MM = 921.5
@@ -35,7 +36,7 @@ def test_all_samples_lie_on_it_and_its_noise_is_theirs(camera, share):
     inverse_depth = camera.plane(TILTED) + random.normal(0.0, noise, camera.shape)
     inverse_depth[random.random(camera.shape) > share] = np.nan
     plane = plane_of(camera, inverse_depth, band_of(camera) & np.isfinite(inverse_depth))
-    assert plane.tolerance == pytest.approx(ON_PLANE_SIGMAS * noise * DISTANCE_MM**2, rel=1 / 6)
+    assert plane.tolerance == pytest.approx(OUTLYING * noise * DISTANCE_MM**2, rel=1 / 6)
     assert plane.samples[plane.measured].mean() > 0.995
     assert abs(np.nanmean(plane.height)) < 0.1 * plane.tolerance
     assert plane.pitch == pytest.approx(camera.pitch_mm, rel=0.02)
@@ -87,7 +88,7 @@ def test_every_second_row_alone_tells_the_noise(camera):
     inverse_depth = camera.plane() + np.random.default_rng(5).normal(0.0, camera.noise, camera.shape)
     inverse_depth[1::2] = np.nan
     plane = plane_of(camera, inverse_depth, band_of(camera) & np.isfinite(inverse_depth))
-    assert plane.tolerance == pytest.approx(ON_PLANE_SIGMAS * camera.noise * DISTANCE_MM**2, rel=0.1)
+    assert plane.tolerance == pytest.approx(OUTLYING * camera.noise * DISTANCE_MM**2, rel=0.1)
 
 
 def test_noise_that_is_smooth_over_some_samples_is_told_by_samples_farther_apart(camera):
@@ -99,6 +100,6 @@ def test_noise_that_is_smooth_over_some_samples_is_told_by_samples_farther_apart
     between = (at - low)[:, None]
     smooth = (1.0 - between) * vertices[low] + between * vertices[low + 1]
     near, apart = (plane_of(camera, camera.plane() + smooth, band_of(camera), apart).tolerance for apart in (1, 4))
-    assert apart == pytest.approx(ON_PLANE_SIGMAS * camera.noise * DISTANCE_MM**2, rel=1 / 6)
-    uneven = ON_PLANE_SIGMAS * UNEVEN_MM[0] / ON_SURFACE
+    assert apart == pytest.approx(OUTLYING * camera.noise * DISTANCE_MM**2, rel=1 / 6)
+    uneven = OUTLYING * UNEVEN_MM[0] / SIGNIFICANT
     assert near**2 - uneven**2 < (0.5 * apart) ** 2

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from restore.numerics.robust import SIGNIFICANT
 from restore.range_image.segmentation.surface import (
     BLOCK,
-    ON_SURFACE,
     UNEVEN_MM,
     block_numbers,
     blocks_of,
@@ -70,7 +70,7 @@ def test_a_quadratic_surface_without_noise_is_found_exactly(band, terms, bow_mm,
     heights = terms @ TILT + bowed(terms, bow_mm, sign)
     surface, blocks = surface_of(heights, band, terms)
     assert np.abs(terms @ surface.factors - heights).max() < EXACT_MM
-    assert surface.uneven == UNEVEN_MM[0] / ON_SURFACE
+    assert surface.uneven == UNEVEN_MM[0] / SIGNIFICANT
     assert surface.of(blocks).all()
 
 
@@ -93,7 +93,7 @@ def test_how_uneven_a_table_is_its_blocks_tell(band, terms):
     """In waves that no quadratic follows, of a fifth of a millimetre: a root of two less is their deviation."""
     waves = 0.2 * np.sin(2.0 * np.pi * np.indices(SHAPE)[1] / 50.0)
     surface, blocks = surface_of(terms @ TILT + waves, band, terms, NOISE_MM)
-    assert surface.uneven == UNEVEN_MM[-1] / ON_SURFACE
+    assert surface.uneven == UNEVEN_MM[-1] / SIGNIFICANT
     assert surface.of(blocks).all()
 
 

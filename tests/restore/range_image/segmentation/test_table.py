@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from restore.camera.rays import EDGE_BLUR
-from restore.range_image.segmentation.table import BORDER_BAND, find_table
+from restore.range_image.segmentation.surface import BORDER_BAND
+from restore.range_image.segmentation.table import find_table
 
 MIN_RECALL = 0.98  # of the table's samples: 1 % of a normal colour cloud lies outside, and four sigmas of noise
 MAX_FALSE_SHARE = 0.005  # of the sheet's samples, along its edge where colours mix
