@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -79,3 +79,8 @@ def violations(page: Page, axe: str) -> list[str]:
         + "; ".join(f"{' '.join(node['target'])} {node['failureSummary'][:300]}" for node in one["nodes"])
         for one in found["violations"]
     ]
+
+
+def told_by_server(page: Page, path: str) -> dict[str, Any]:
+    """What the server of a window answers to it."""
+    return dict(page.evaluate("async (path) => (await import('/page/js/api.js')).get(path)", path))

@@ -156,6 +156,18 @@ def test_a_spine_is_drawn_from_the_one_that_was_found(show, canned):
     assert "layout" not in edits
 
 
+def test_a_spine_is_moved_as_a_whole_by_keys_of_its_tool(show, canned):
+    page = show(canned, "page/7")
+    page.locator(".light").first.wait_for()
+    page.keyboard.press("s")
+    page.get_by_text("118.4 mm from the left").wait_for()
+    for key in ("Shift+ArrowRight", "ArrowRight", "ArrowLeft", "ArrowLeft"):
+        page.keyboard.press(key)
+    handle(page, 2).wait_for()
+    found = canned.answer("/api/pages/7/layout")["spine"]
+    assert json.loads(save(page, canned))["spine"] == [[round(x) + 9, round(y)] for x, y in found]
+
+
 def test_a_page_is_cropped_to_a_margin_and_to_a_box(show, canned):
     page = show(canned, "page/7")
     page.locator(".light").first.wait_for()

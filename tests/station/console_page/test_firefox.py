@@ -7,9 +7,10 @@ from collections.abc import Iterator
 
 import pytest
 
+from oracles.console import CannedStation, serving
 from oracles.console.firefox import Deadline, Firefox, find_firefox, firefox
 from oracles.console.process import Console
-from station.console.vendored import missing_files
+from station.console.vendored import PAGE, missing_files
 from station.session import read_session
 from station.session.verify import verify
 from tests.station.console_page.test_served import LONG_SHOT_S, console
@@ -70,6 +71,39 @@ def test_the_smoke_path(browser: Firefox, console: Console) -> None:
     session = read_session(console.folder / "missale")
     assert [page.decided("mark", False) for page in session.history.pages()] == [True]
     assert verify(session.folder).problems == ()
+
+
+DRAWN = "document.querySelectorAll('.handle').length"
+FIRST = "document.querySelector('.handle')"
+LEFT, ENTER = "\ue012", "\ue007"  # WebDriver (W3C), table of the keys
+
+
+@pytest.mark.slow
+def test_a_spine_and_an_outline_are_drawn(browser: Firefox) -> None:
+    station = CannedStation(PAGE)
+    with serving(station) as address:
+        browser.go(f"{address}/#/page/7")
+        browser.wait_for("document.documentElement.dataset.ready")
+        browser.wait_for(there(".light"))
+        for tool, sign, points in (("s", ".spine-tool:not([hidden]) li", 2), ("o", "[data-scan]", 4)):
+            browser.press(tool)
+            browser.wait_for(there(sign))
+            browser.wait_for("document.querySelector('.spine-tool').textContent.includes('118.4')")
+            browser.press("d")
+            browser.wait_for(f"{DRAWN} === {points}")
+            before = browser.evaluate(f"{FIRST}.ariaLabel")
+            browser.evaluate(f"{FIRST}.focus(); null")
+            browser.press(LEFT)
+            browser.wait_for(f"{FIRST}.ariaLabel !== {json.dumps(before)}")
+            browser.press(ENTER)
+            browser.wait_for("/Saved/.test(document.querySelector('.draft-panel').textContent)")
+            browser.press(tool)  # ends the tool
+        browser.go("about:blank")
+    spine, outline = (body["edits"] for path, body in station.pressed if path.endswith("/edits"))
+    assert spine["spine"] == [[321, 18], [321, 462]]
+    corners = outline["parts"]["page"]["outline"]
+    assert len(corners) == 4
+    assert corners[0][0] == corners[3][0] - 1  # the left side was straight
 
 
 def test_a_deadline_that_has_passed_ends_every_wait() -> None:

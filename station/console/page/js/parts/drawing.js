@@ -5,7 +5,7 @@ import { field } from "../dialog.js";
 import { t } from "../strings.js";
 
 const STEPS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }; // px of the picture
-const FAR = 10; // of them at once, with Shift
+export const FAR = 10; // of them at once, with Shift
 
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 

@@ -4,7 +4,7 @@ import { get } from "../api.js";
 import { button, h, segmented, setText } from "../dom.js";
 import { present, sourceText } from "../corrections.js";
 import { number } from "../format.js";
-import { Drawing } from "./drawing.js";
+import { Drawing, FAR } from "./drawing.js";
 import { CorrectionTool } from "./tool.js";
 import { t } from "../strings.js";
 
@@ -19,9 +19,9 @@ export class LayoutTool extends CorrectionTool {
     const found = h("p", { class: "soft" });
     const begin = button(t("spine.draw"), { icon: "pencil", key: "d", click: () => this.begin() });
     const drawing = new Drawing(viewer, { isClosed: false, least: 2, most: MAX_POINTS, changed: (points) => this.take(points) });
-    super(draft, { name: "spine", fields: ["layout", "spine"], otherwise: "preset", body: [choice.element, found, begin, drawing.element] });
+    super(draft, { name: "spine", fields: ["layout", "spine"], otherwise: "preset", body: [choice.element, found, begin, h("p", { class: "hint", text: t("spine.keys") }), drawing.element] });
     Object.assign(this, { viewer, drawing, choice, beginning: begin, foundText: found });
-    this.keys = { d: () => this.begin() };
+    this.keys = { d: () => this.begin(), ArrowLeft: ({ shiftKey }) => this.shift(shiftKey ? -FAR : -1), ArrowRight: ({ shiftKey }) => this.shift(shiftKey ? FAR : 1) };
     for (const [key, name] of Object.entries(KEYS)) this.keys[key] = () => this.propose({ layout: name });
   }
 
@@ -70,6 +70,13 @@ export class LayoutTool extends CorrectionTool {
     const { width, height } = this.viewer.page;
     if (spine && frame === "picture") return spine.map((point) => point.map(Math.round));
     return [INSET, 1 - INSET].map((part) => [Math.round(width / 2), Math.round(part * height)]);
+  }
+
+  /** Move the whole spine sideways by px of the picture: the one that was found, where none is drawn. */
+  shift(across) {
+    const points = this.value("spine") ?? (this.layout?.spine && this.first);
+    if (points) this.take(points.map(([x, y]) => [Math.max(x + across, 0), y]));
+    else this.begin();
   }
 
   take(points) {
