@@ -44,7 +44,16 @@ def leaf(number: int) -> Values:
     of = row(number)
     return {
         **{"name": str(number), "page": number, "part": "page", "label": of["label"], "side": of["side"], "kind": ""},
-        **{"tag": 0, "position": number, "left_out": False, "missing": [], "event": of["restore"], "layer": "page"},
+        **{
+            "tag": 0,
+            "position": number,
+            "left_out": False,
+            "missing": [],
+            "run": None,
+            "same": [],
+            "event": of["restore"],
+            "layer": "page",
+        },
     }
 
 

@@ -24,11 +24,11 @@ from station.session.parts import PAGE, RESTORE, VERDICT, file_of, parts_of
 from station.session.presets import load_preset
 from station.session.stages import run_restore
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured
+from station.verdict.checks import same_as
 from station.workers.background import background
 
 PRESET = "book"
 SESSION, SIDES = "book", "leaves"  # folders of a shift
-SAME_PAGE = re.compile(r"same page as page (\d+)")
 VALUE = re.compile(r" \d.*")  # of a check, after what is checked
 LAYOUT = "layout"  # the check that asks for the layout
 Show = Callable[[str], None]
@@ -208,8 +208,8 @@ def _named(check: Mapping[str, Any]) -> str:
     """The check in the words of the table."""
     if check["name"] == LAYOUT:
         return "layout, `2` splits it"
-    same = SAME_PAGE.search(check["text"])
-    return f"same page as {same[1]}" if same else VALUE.split(check["text"], maxsplit=1)[0]
+    same = same_as(check)
+    return f"same page as {same.partition('/')[0]}" if same else VALUE.split(check["text"], maxsplit=1)[0]
 
 
 def _write_labels(loop: CaptureLoop, book: Sequence[Mapping[str, Any]]) -> None:

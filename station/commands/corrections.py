@@ -186,10 +186,10 @@ def labels(
     """
     with report_faults(debug=debug):
         from station.errors import UsageError
-        from station.session import decide, read_session
-        from station.session.labelling import LABELS, parse_run
+        from station.session import read_session
+        from station.session.labelling import parse_run
         from station.session.leaves import runs_of
-        from station.session.ordering import leaves_named
+        from station.session.ordering import leaves_named, set_runs
 
         if sum([bool(runs), clear, check_print]) > 1:
             raise UsageError("--run, --clear and --check-print exclude each other", "give one of them")
@@ -202,7 +202,7 @@ def labels(
             leaves_named(stored, run.start)
         if parsed or clear:
             with writing(index, session) as writer:
-                decide(writer, LABELS, [run.model_dump(mode="json", by_alias=True) for run in parsed])
+                set_runs(writer, parsed)
                 stored = writer.session
         if listed and not as_json:
             print_result("\n".join(f"run        {run.as_text()}" for run in runs_of(stored)) or "run        preset")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from station.errors import UsageError
 from station.session.events import Event
-from station.session.labelling import Missing
+from station.session.labelling import LABELS, Missing, Run
 from station.session.leaves import LABEL, LEFT_OUT, MISSING, ORDER, Leaf, leaves_of, missing_of
 from station.session.parts import PAGE, PARTS, parts_of
 from station.session.steps import decide
@@ -71,9 +71,20 @@ def leave_out(writer: Writer, text: str, *, out: bool) -> list[Event]:
 
 def note_missing(writer: Writer, before: str, label: str) -> Event:
     """Note that a leaf side is missing before another one. Raises UsageError, OSError."""
-    target = leaves_named(writer.session, before)[0].name
-    missing = [*missing_of(writer.session), Missing(before=target, label=label)]
+    target = leaves_named(writer.session, before)[0]
+    return set_missing(writer, target.name, [*target.missing, label])
+
+
+def set_missing(writer: Writer, before: str, labels: Sequence[str]) -> Event:
+    """Set the labels of the leaf sides that are missing before another one. Raises OSError."""
+    others = [one for one in missing_of(writer.session) if one.before != before]
+    missing = [*others, *(Missing(before=before, label=label) for label in labels)]
     return decide(writer, MISSING, [one.model_dump(mode="json") for one in missing])
+
+
+def set_runs(writer: Writer, runs: Sequence[Run]) -> Event:
+    """Number the leaf sides by runs; without any by the preset. Raises OSError."""
+    return decide(writer, LABELS, [run.model_dump(mode="json", by_alias=True) for run in runs])
 
 
 def set_label(writer: Writer, page: int, part: str, label: str) -> Event:

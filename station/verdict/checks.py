@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -55,6 +56,7 @@ QUESTIONS = {
     "size_wrong": ("size", SIZE_HINT),
 }
 ASKED: Limits = (0.5, 1.5)  # of the number of such findings, in which a doubt counts twice: one is amber, a doubt red
+SAME_PAGE = re.compile(r"as page (\d+(?:/left|/right)?)")
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,16 @@ def questions(report: Mapping[str, Any]) -> list[Check]:
         Check(QUESTIONS[one.code][0], level_of(count, ASKED), count, ASKED, one.text, QUESTIONS[one.code][1])
         for one, count in zip(found, counts, strict=True)
     ]
+
+
+def same_as(check: Mapping[str, Any]) -> str | None:
+    """Return the page or part that a check found the same, or None.
+
+    >>> same_as({"name": "similarity", "text": "same page as page 5/right 0.97 (amber > 0.80, red > 0.84)"})
+    '5/right'
+    """
+    found = SAME_PAGE.search(check["text"])
+    return found[1] if found and check["name"] == "similarity" else None
 
 
 def check_measures(

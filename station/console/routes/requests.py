@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from station.archive.formats import Format
 from station.session.events import MAX_NUMBER, MAX_PAGE
+from station.session.labelling import Run
 from station.session.volume import MAX_TEXT
 
 MAX_NOTE = 2000
@@ -90,6 +91,20 @@ class MovedLeaves(_Request):
 
     leaves: Annotated[list[LeafName], Field(min_length=1, max_length=2 * MAX_PAGE)]
     before: LeafName | None = None
+
+
+class LabelRun(_Request):
+    """A run of labels that begins at a leaf side; null: none does."""
+
+    leaf: LeafName
+    run: Run | None
+
+
+class MissingLeaves(_Request):
+    """Labels of the leaf sides that are missing before another one."""
+
+    before: LeafName
+    labels: Annotated[list[Annotated[str, Field(max_length=80)]], Field(max_length=20)]
 
 
 class ChangedLeaf(_Request):

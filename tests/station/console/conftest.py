@@ -105,12 +105,13 @@ class GatedScanner:
 
 @dataclass
 class StandInRestorer:
-    """Restores in a thread when its gate is open; each page looks otherwise."""
+    """Restores in a thread when its gate is open. drawn: which page all look like; each looks otherwise without it."""
 
     measures: dict[str, float] = field(default_factory=lambda: dict(GOOD))
     calls: list[Mapping[str, Any]] = field(default_factory=list)
     gate: threading.Event = field(default_factory=threading.Event)
     fault: BaseException | None = None
+    drawn: int | None = None
 
     def __post_init__(self) -> None:
         self.gate.set()
@@ -138,7 +139,7 @@ class StandInRestorer:
         if self.fault is not None:
             future.set_exception(self.fault)
             return
-        picture = np.random.default_rng(number).integers(0, 256, (200, 200, 3), np.uint8)
+        picture = np.random.default_rng(self.drawn or number).integers(0, 256, (200, 200, 3), np.uint8)
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "page.png").write_bytes(bytes([number]))
         measures = {**self.measures, "fingerprint": fingerprint(picture)}

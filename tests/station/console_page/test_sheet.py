@@ -132,6 +132,77 @@ def test_leaves_are_left_out_put_back_and_labelled(sheet, canned):
     ]
 
 
+def test_leaves_are_numbered_from_one_on_and_missing_ones_get_a_place(browser, station):
+    _, shown = station
+    page = shown(browser)
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("#")
+    dialog = page.get_by_role("dialog", name="Number from leaf 2 on")
+    dialog.get_by_label("Numbering").select_option("folio")
+    dialog.get_by_label("First number").fill("4")
+    page.keyboard.press("Enter")
+    page.get_by_role("option", name="Leaf 3, label 4v").wait_for()
+    page.keyboard.press("+")
+    page.get_by_role("dialog", name="Missing before leaf 2").get_by_label("Labels of the missing leaves").fill("i, ii")
+    page.keyboard.press("Enter")
+    page.get_by_role("option", name="Missing before it: i, ii").wait_for()
+    assert page.locator(".leaf-missing:visible").all_inner_texts() == ["i", "ii"]
+    page.get_by_role("button", name="Singles").click()
+    page.locator(".leaf[aria-posinset='2'][style*='translate(444px']").wait_for()  # behind the leaf and two gaps
+    page.locator(".sheet-sizer").focus()
+    page.keyboard.press("#")
+    page.get_by_role("dialog").get_by_label("Numbering").select_option("")
+    page.keyboard.press("Enter")
+    page.get_by_role("option", name="Leaf 3, label 5").wait_for()
+
+
+def test_a_page_is_captured_to_lie_before_a_leaf(sheet, canned):
+    page = sheet()
+    page.keyboard.press("ArrowRight")
+    with page.expect_response("**/api/press"):
+        page.keyboard.press("i")
+    assert canned.pressed[-1] == ("/api/press", {"action": "insert", "page": 2})
+
+
+def test_a_leaf_is_dragged_by_a_finger_that_rested_on_it(sheet, canned):
+    page = sheet()
+    page.get_by_role("button", name="Singles").click()
+    page.locator(".leaf[aria-posinset='2']").wait_for()
+    start, end = leaf(page, 5).bounding_box(), leaf(page, 2).bounding_box()
+    session = page.context.new_cdp_session(page)
+
+    def touch(kind, box=None):
+        at = [] if box is None else [{"x": box["x"] + 60, "y": box["y"] + 60}]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
+
+    touch("touchStart", start)
+    touch("touchMove", end)  # at once: it scrolls
+    touch("touchEnd")
+    touch("touchStart", start)
+    page.locator(".leaf[data-over]").wait_for()
+    touch("touchMove", end)
+    page.locator("#leaf-1[data-over]").wait_for()
+    touch("touchEnd")
+    page.get_by_text("Moved before 2: 1; u undoes it", exact=True).wait_for()
+    assert [body for _, body in changes(canned)] == [{"leaves": ["5"], "before": "2"}]
+
+
+def test_leaves_that_are_chosen_here_are_those_that_corrections_are_applied_to(sheet):
+    page = sheet()
+    for key in ("Shift+ArrowRight", "Shift+ArrowRight", "ArrowRight", "ArrowRight", "Space"):
+        page.keyboard.press(key)
+    leaf(page, 5).and_(page.locator("[aria-selected=true]")).wait_for()
+    page.evaluate("location.hash = '#/page/7'")
+    page.locator(".light").first.wait_for()
+    page.keyboard.press("l")
+    page.get_by_role("region", name="Light", exact=True).get_by_role("listitem").first.wait_for()
+    page.keyboard.press("2")
+    page.get_by_role("region", name="Not saved", exact=True).get_by_role("listitem").first.wait_for()
+    page.keyboard.press("a")
+    page.get_by_role("dialog").get_by_role("radio", name="pages by number").check()
+    assert page.get_by_role("textbox", name="Page numbers").input_value() == "1-3, 5"
+
+
 def test_of_thousands_of_leaves_only_those_in_sight_are_elements(sheet):
     page = sheet(CannedStation(PAGE, pages=MANY))
     assert page.locator(".leaf").count() < 100
@@ -186,7 +257,7 @@ def test_the_order_that_another_window_made_meanwhile_is_shown_next_to_this_one(
 
 @pytest.mark.parametrize("look", [("dark", "en"), ("light", "de")], ids="-".join)
 def test_axe_finds_nothing(sheet, canned, axe, look):
-    canned.leaves[2] |= {"left_out": True, "missing": ["[3]"]}
+    canned.leaves[2] |= {"left_out": True, "missing": ["[3]"], "same": ["2"]}
     page = sheet(theme=look[0], language=look[1])
     page.keyboard.press("Space")
     page.locator(".leaf[aria-selected=true]").wait_for()

@@ -9,10 +9,10 @@ const ANSWER_MS = 4000; // for that answer
 const BRIEF_MS = 2000; // a break that is not worth a word
 const bus = new EventTarget();
 
-/** state: of /api/state. rows: page → row. selected: page looked at, null: the one that the keys act on. */
+/** state: of /api/state. rows: page → row. selected: page looked at, null: the one that the keys act on. chosen: leaves on the contact sheet, by their names. */
 export const store = {
   state: null, rows: new Map(), order: [], selected: null, worstFirst: false, online: false, entered: true,
-  messages: [], preview: null, sent: null,
+  messages: [], preview: null, sent: null, chosen: [],
 };
 const heardAt = { event: Date.now(), look: Date.now(), lost: null }; // lost: since when the station is not heard
 let asking = false;

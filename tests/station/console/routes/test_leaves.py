@@ -90,6 +90,46 @@ def test_the_second_of_two_windows_that_change_a_leaf_gets_the_leaf_of_the_first
     wait_for(lambda: three.get("/api/leaves").json()["leaves"][0] == shown, "the undo")
 
 
+def arrange(browser, path, tag=None, **body):
+    """Change the arrangement of a tag, the present one by default."""
+    tag = browser.get("/api/leaves").json()["tag"] if tag is None else tag
+    return browser.put(path, json=body, headers={"If-Match": f'"{tag}"'})
+
+
+FOLIOS = {"style": "folio", "first": 7, "bracket": True}
+
+
+def test_leaves_are_numbered_from_one_on_in_one_step(three):
+    before = events(three)
+    found = arrange(three, "/api/labels", leaf="2", run=FOLIOS).json()
+    assert [leaf["label"] for leaf in found["leaves"]] == ["1", "[7r]", "[7v]"]
+    assert [leaf["run"] and leaf["run"]["style"] for leaf in found["leaves"]] == [None, "folio", None]
+    assert events(three) == found["tag"] == before + 1
+    arrange(three, "/api/labels", leaf="2", run=FOLIOS)
+    assert events(three) == before + 1
+    assert arrange(three, "/api/labels", 0, leaf="2", run=None).status_code == 412
+    found = arrange(three, "/api/labels", leaf="2", run=None).json()
+    assert [leaf["label"] for leaf in found["leaves"]] == ["1", "2", "3"]
+
+
+def test_missing_leaves_are_named_and_taken_back(three):
+    found = arrange(three, "/api/missing", before="3", labels=["3", " 4 "]).json()
+    assert [leaf["missing"] for leaf in found["leaves"]] == [[], [], ["3", "4"]]
+    assert found["leaves"][2]["label"] == "5"
+    assert arrange(three, "/api/missing", 0, before="3", labels=[]).status_code == 412
+    found = arrange(three, "/api/missing", before="3", labels=[]).json()
+    assert [leaf["missing"] for leaf in found["leaves"]] == [[], [], []]
+
+
+def test_leaves_that_look_the_same_name_each_other_until_one_is_left_out(opened, served):
+    shoot(opened)
+    served.restorer.drawn = 1  # the picture of the first page
+    shoot(opened)
+    assert [leaf["same"] for leaf in opened.get("/api/leaves").json()["leaves"]] == [["2"], ["1"]]
+    change(opened, "2", left_out=True)
+    assert [leaf["same"] for leaf in opened.get("/api/leaves").json()["leaves"]] == [[], []]
+
+
 def test_what_cannot_be_changes_nothing_and_the_loop_goes_on(three):
     before = events(three)
     for method, path, body in (
@@ -99,6 +139,11 @@ def test_what_cannot_be_changes_nothing_and_the_loop_goes_on(three):
         ("POST", "/api/order", {"leaves": []}),
         ("POST", "/api/order", {"leaves": ["../1"]}),
         ("PUT", "/api/leaves", {"leaf": "9", "label": "x"}),
+        ("PUT", "/api/labels", {"leaf": "9", "run": FOLIOS}),
+        ("PUT", "/api/labels", {"leaf": "1", "run": {"style": "runes"}}),
+        ("PUT", "/api/labels", {"leaf": "1", "run": {"first": -1}}),
+        ("PUT", "/api/missing", {"before": "9", "labels": ["x"]}),
+        ("PUT", "/api/missing", {"before": "1", "labels": ["a\u0000b"]}),
         ("PUT", "/api/leaves", {"leaf": "1", "label": "a\u0000b"}),
         ("PUT", "/api/leaves", {"leaf": "1", "left_out": "yes"}),
     ):

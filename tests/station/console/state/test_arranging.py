@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from station.console.faults import ConsoleFault
-from station.console.shown_pages.leaves import order_tag
+from station.console.shown_pages.leaves import arrangement_tag
 from station.console.state.arranging import change_leaf, leaf_named, move_leaves
 from station.console.state.open_session import WritableSession
 from station.errors import UsageError
@@ -34,10 +34,10 @@ def names(opened):
 def test_leaves_that_are_apart_are_moved_together(opened):
     move_leaves(opened, ["4", "2"], "1", 0)
     assert names(opened) == ["4", "2", "1", "3"]
-    move_leaves(opened, ["4"], None, order_tag(opened.session))
+    move_leaves(opened, ["4"], None, arrangement_tag(opened.session))
     assert names(opened) == ["2", "1", "3", "4"]
     with pytest.raises(ConsoleFault, match="before itself"):
-        move_leaves(opened, ["1", "2"], "2", order_tag(opened.session))
+        move_leaves(opened, ["1", "2"], "2", arrangement_tag(opened.session))
     assert names(opened) == ["2", "1", "3", "4"]
 
 

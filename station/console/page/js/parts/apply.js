@@ -34,6 +34,14 @@ export function editsFor(fields, side) {
   return withFields({}, Object.fromEntries(spread));
 }
 
+/** The pages of leaves by their names, as `pagesOf` reads them. */
+export function pagesText(names) {
+  const pages = [...new Set(names.map((name) => parseInt(name, 10)))].sort((one, two) => one - two);
+  const starts = pages.filter((page) => !pages.includes(page - 1));
+  const ends = pages.filter((page) => !pages.includes(page + 1));
+  return starts.map((page, at) => (page === ends[at] ? String(page) : `${page}-${ends[at]}`)).join(", ");
+}
+
 function capturesOf(target, row, text) {
   const rows = [...store.rows.values()].sort((one, two) => one.order - two.order);
   const wanted = { this: [row], following: rows.filter(({ order }) => order >= row.order),
@@ -76,7 +84,7 @@ export function openApply(row, part, fields, done) {
   const checks = h("fieldset", { class: "choices" }, h("legend", { text: t("apply.fields") }), boxes(fields, changed));
   const targets = radios(t("apply.to"), "apply", TARGETS.map((name) => [name, t(`apply.${name}`)]), "following", changed);
   const sides = radios(t("leaf"), "leaves", SIDES.map((name) => [name, t(`leaves.${name}`)]), part === "page" ? "any" : part, changed);
-  const selected = h("input", { maxlength: 2000, autocomplete: "off", on: { input: changed } });
+  const selected = h("input", { maxlength: 2000, autocomplete: "off", value: pagesText(store.chosen), on: { input: changed } });
   const named = field(t("apply.numbers"), selected);
   const later = h("input", { type: "checkbox", id: "apply-future", on: { change: changed } });
   const rule = () => {

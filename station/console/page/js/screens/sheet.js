@@ -1,23 +1,30 @@
 // The contact sheet: all leaves of the volume, as openings or singles; their order, their labels, and what is left out.
 
-import { actions } from "../actions.js";
+import { actions, reason } from "../actions.js";
 import { get, keyed, post, put } from "../api.js";
 import { button, h, icon, placeholder, segmented, set, setIcon, setText } from "../dom.js";
 import { number } from "../format.js";
+import { openMissing, openRun, runText } from "../parts/arranging.js";
+import { follow } from "../parts/sheet_drag.js";
 import { levelIcon } from "../parts/strip.js";
 import { ordersApart, sendVersion, setLabel } from "../parts/versions.js";
-import { on, store } from "../store.js";
+import { on, select, store } from "../store.js";
 import { t } from "../strings.js";
 
 const [WIDTH, HEIGHT] = [148, 208]; // px of a cell, as the style sheet has it
 const [PADDING, GAP] = [8, 16]; // px around the sheet; between two openings
 const SPARE = 2; // lines above and below those in sight
-const DRAG_PX = 6; // less is a click
 
-/** Places of leaves as openings: left ones on even places, right ones on odd; null: nothing lies there. */
+/** What lies at each place: leaves, and the labels of missing ones before them. */
+export function singles(leaves) {
+  return leaves.flatMap((leaf) => [...leaf.missing, leaf]);
+}
+
+/** The same as openings: left leaves on even places, right ones on odd; null: nothing lies there. */
 export function openings(leaves) {
   const slots = [];
   for (const leaf of leaves) {
+    slots.push(...leaf.missing);
     const isOdd = slots.length % 2 === 1;
     if (leaf.side === "right" ? !isOdd : isOdd) slots.push(null);
     slots.push(leaf);
@@ -31,31 +38,31 @@ function cell(sheet) {
   const label = h("span", { class: "card-label" });
   const level = icon("circle-help");
   const done = icon("check");
-  const out = icon("x");
+  const [out, same] = [icon("x"), icon("layers")];
   const element = h("div", { class: "leaf", role: "option", on: {
     click: (event) => sheet.click(Number(element.dataset.at), event),
     dblclick: () => sheet.open(),
     pointerdown: (event) => sheet.grab(Number(element.dataset.at), event),
-  } }, picture, h("span", { class: "card-foot" }, label, out, done, level));
+  } }, picture, h("span", { class: "card-foot" }, label, same, out, done, level));
   return { element, show: (leaf, slot, at, total, columns) => {
     const row = store.rows.get(leaf.page);
     Object.assign(element, { id: `leaf-${at}` });
     element.dataset.at = at;
-    const column = slot % columns;
-    element.style.transform = `translate(${column * WIDTH + sheet.gap * Math.floor(column / 2)}px, ${Math.floor(slot / columns) * HEIGHT}px)`;
+    element.style.transform = sheet.placeOf(slot, columns);
     set(element, "aria-selected", String(sheet.chosen.has(leaf.name)));
     set(element, "data-active", at === sheet.at);
     set(element, "data-cut", sheet.cut.includes(leaf.name));
     set(element, "data-out", leaf.left_out);
-    set(element, "data-missing", leaf.missing.length > 0);
     set(element, "aria-setsize", total);
     set(element, "aria-posinset", at + 1);
     set(element, "aria-label", spoken(leaf, row));
-    set(element, "title", leaf.missing.length ? t("sheet.missing", { labels: leaf.missing.join(", ") }) : null);
+    set(element, "data-run", Boolean(leaf.run));
+    set(element, "title", [leaf.run && runText(leaf.run), leaf.same.length && t("sheet.same", { names: leaf.same.join(", ") })].filter(Boolean).join("; ") || null);
     setText(label, leaf.label || "–");
     setIcon(level, levelIcon(row?.failed ? "red" : row?.level));
     set(level, "data-level", row?.level);
     out.classList.toggle("gone", !leaf.left_out);
+    same.classList.toggle("gone", !leaf.same.length);
     done.classList.toggle("gone", !row?.accepted);
     const source = keyed(`/api/pictures/${leaf.event}/${leaf.layer}/thumbnail.jpg`);
     if (picture.getAttribute("src") === source) return;
@@ -66,12 +73,12 @@ function cell(sheet) {
 
 function spoken(leaf, row) {
   return [t("sheet.leaf", { name: leaf.name, label: leaf.label || "–" }), row?.level && t(`level.${row.level}`), row?.accepted && t("state.accepted"),
-    leaf.left_out && t("sheet.out"), leaf.missing.length && t("sheet.missing", { labels: leaf.missing.join(", ") })].filter(Boolean).join(", ");
+    leaf.left_out && t("sheet.out"), leaf.same?.length && t("sheet.same", { names: leaf.same.join(", ") }), leaf.missing.length && t("sheet.missing", { labels: leaf.missing.join(", ") })].filter(Boolean).join(", ");
 }
 
 class ContactSheet {
   constructor() {
-    Object.assign(this, { leaves: [], slots: [], places: [], at: 0, chosen: new Set(), cut: [], view: "openings", cells: [] });
+    Object.assign(this, { leaves: [], slots: [], places: [], at: 0, chosen: new Set(), cut: [], view: "openings", cells: [], gaps: [] });
     this.sizer = h("div", { class: "sheet-sizer", role: "listbox", tabindex: "0", "data-first": "", "aria-multiselectable": "true", "aria-label": t("screen.sheet"),
       "data-own-keys": "", on: { keydown: (event) => this.key(event) } });
     this.scroller = h("div", { class: "sheet-scroller", on: { scroll: () => this.later() } }, this.sizer);
@@ -84,7 +91,9 @@ class ContactSheet {
     this.element = h("div", { class: "screen sheet-screen" },
       h("div", { class: "viewer-head" }, h("h1", { class: "page-title", text: t("screen.sheet") }), this.count, this.views.element,
         button(t("sheet.cut"), { key: "^X", click: () => this.take() }), button(t("sheet.paste"), { key: "^V", click: () => this.paste() }),
-        button(t("sheet.toggle"), { key: "Del", click: () => this.toggle() }), button(t("action.label"), { icon: "pencil", key: "F2", click: () => this.openLabel() })),
+        button(t("sheet.toggle"), { key: "Del", click: () => this.toggle() }), button(t("action.label"), { icon: "pencil", key: "F2", click: () => this.openLabel() }),
+        button(t("sheet.run"), { icon: "list-ordered", key: "#", click: () => this.askRun() }), button(t("sheet.gap"), { icon: "plus", key: "+", click: () => this.askMissing() }),
+        button(t("action.insert"), { icon: "between-vertical-start", key: "i", click: () => this.insert() })),
       this.said, this.none, this.scroller);
     for (const event of ["rows", "row"]) on(event, () => { if (this.element.isConnected) this.load(); });
     new ResizeObserver(() => this.arrange()).observe(this.scroller);
@@ -124,9 +133,9 @@ class ContactSheet {
   }
 
   arrange() {
-    this.slots = this.view === "openings" ? openings(this.leaves) : this.leaves;
+    this.slots = (this.view === "openings" ? openings : singles)(this.leaves);
     this.places = [];
-    this.slots.forEach((leaf, slot) => { if (leaf) this.places.push(slot); });
+    this.slots.forEach((leaf, slot) => { if (leaf?.name) this.places.push(slot); });
     this.views.show(this.view);
     setText(this.count, number(this.leaves.length));
     this.none.hidden = this.leaves.length > 0;
@@ -150,7 +159,26 @@ class ContactSheet {
       one.element.hidden = false;
       one.show(this.leaves[at], slot, at, this.leaves.length, columns);
     }
+    this.drawGaps(first * columns, last * columns);
+    store.chosen = [...this.chosen];
     set(this.sizer, "aria-activedescendant", seen.some(([, at]) => at === this.at) ? `leaf-${this.at}` : null);
+  }
+
+  placeOf(slot, columns = this.columns) {
+    const column = slot % columns;
+    return `translate(${column * WIDTH + this.gap * Math.floor(column / 2)}px, ${Math.floor(slot / columns) * HEIGHT}px)`;
+  }
+
+  /** Draw missing leaves at some of the places; they are spoken with the leaf that follows. */
+  drawGaps(start, end) {
+    const labels = this.slots.slice(Math.max(start, 0), end).map((label, at) => [label, Math.max(start, 0) + at]).filter(([label]) => typeof label === "string");
+    while (this.gaps.length < labels.length) this.sizer.append((this.gaps[this.gaps.length] = h("div", { class: "leaf-missing", "aria-hidden": "true" })));
+    this.gaps.forEach((element, at) => {
+      element.hidden = at >= labels.length;
+      if (element.hidden) return;
+      setText(element, labels[at][0]);
+      element.style.transform = this.placeOf(labels[at][1]);
+    });
   }
 
   reveal() {
@@ -183,7 +211,7 @@ class ContactSheet {
   }
 
   click(at, event) {
-    if (this.isDragged) return;
+    if (this.isDragged?.()) return;
     if (!event.shiftKey && !event.ctrlKey && !event.metaKey) this.chosen = new Set([this.leaves[at].name]);
     this.go(at, event);
   }
@@ -200,7 +228,7 @@ class ContactSheet {
     const steps = { ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity }[key];
     const acts = { ArrowDown: () => this.go(this.beyond(lines), event), ArrowUp: () => this.go(this.beyond(-lines), event),
       " ": () => { this.choose(this.at); this.later(); }, Delete: () => this.toggle(), F2: () => this.openLabel(), Enter: () => this.open(),
-      u: () => actions.undo(), U: () => actions.redo(), Escape: () => { this.chosen.clear(); this.cut = []; this.later(); } };
+      "#": () => this.askRun(), "+": () => this.askMissing(), i: () => this.insert(), u: () => actions.undo(), U: () => actions.redo(), Escape: () => { this.chosen.clear(); this.cut = []; this.later(); } };
     if (!this.leaves.length) return;
     if (ctrlKey || metaKey) {
       if (key === "x") this.take();
@@ -274,6 +302,35 @@ class ContactSheet {
     this.input.focus();
   }
 
+  /** Number the leaves from the active one on. */
+  askRun() {
+    const [leaf, { tag }] = [this.leaves[this.at], this];
+    if (leaf) openRun(leaf, (run) => this.change(tag, "/api/labels", { leaf: leaf.name, run }, [runText(run), (one) => runText(one.run)]));
+  }
+
+  /** Say which leaves are missing before the active one. */
+  askMissing() {
+    const [leaf, { tag }] = [this.leaves[this.at], this];
+    const text = (labels) => labels.join(", ") || "–";
+    if (leaf) openMissing(leaf, (labels) => this.change(tag, "/api/missing", { before: leaf.name, labels }, [text(labels), (one) => text(one.missing)]));
+  }
+
+  /** Send a change of the arrangement of a tag: of a leaf, as a text, and as it is in the leaf by now. */
+  async change(tag, path, body, [mine, theirs]) {
+    const name = body.leaf ?? body.before;
+    const found = await sendVersion(tag, (headers) => put(path, body, headers), ({ leaves }) => [mine, theirs(leaves.find((one) => one.name === name) ?? {})]);
+    if (found) this.takeOver(found);
+    else this.load();
+  }
+
+  /** Capture a page, and put it before the active one. */
+  insert() {
+    if (!this.leaves.length) return;
+    select(this.leaves[this.at].page);
+    setText(this.said, reason("insert"));
+    actions.insert();
+  }
+
   closeLabel() {
     this.input.hidden = true;
   }
@@ -291,25 +348,13 @@ class ContactSheet {
 
   /** Drag a leaf, or those that are chosen with it, before the one that it is dropped on. */
   grab(at, down) {
-    if (down.button !== 0 || down.pointerType === "touch") return; // a finger scrolls
-    this.isDragged = false;
-    const [end, { tag }] = [new AbortController(), this];
-    const { signal } = end;
-    const target = (event) => document.elementFromPoint(event.clientX, event.clientY)?.closest(".leaf");
-    addEventListener("pointermove", (event) => {
-      if (Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) > DRAG_PX) this.isDragged = true;
-      const over = this.isDragged ? target(event) : null;
-      for (const { element } of this.cells) set(element, "data-over", element === over);
-    }, { signal });
-    addEventListener("pointerup", (event) => {
-      end.abort();
-      for (const { element } of this.cells) set(element, "data-over", null);
-      const over = this.isDragged ? target(event) : null;
-      if (!over) return;
-      const { name } = this.leaves[at];
-      this.move(this.chosen.has(name) ? this.meant.map((leaf) => leaf.name) : [name], this.leaves[Number(over.dataset.at)].name, tag);
-    }, { signal });
-    down.preventDefault();
+    if (down.button !== 0) return;
+    const [{ name }, { tag }] = [this.leaves[at], this];
+    this.isDragged = follow(down, {
+      over: (target) => { for (const { element } of this.cells) set(element, "data-over", element === target); },
+      dropped: (target) => this.move(this.chosen.has(name) ? this.meant.map((leaf) => leaf.name) : [name], this.leaves[Number(target.dataset.at)].name, tag),
+    });
+    if (down.pointerType !== "touch") down.preventDefault();
     this.sizer.focus({ preventScroll: true });
   }
 }
