@@ -19,6 +19,7 @@ COARSE_DPI = 30.0  # 0.85 mm: seams are wider than that
 COARSE_MM = MM_PER_INCH / COARSE_DPI
 NARROW_SIGMA = 6.0  # pixels: the average over a pixel adds a 400th to the variance of such a blur
 OVERSAMPLING = 1.2  # of the smaller copies that are read for it
+RESOLVED = 0.7  # pixels of a copy to one of the coarse page: with half, lines 4 mm apart keep 0.4 of their contrast
 
 
 def blurred_widely(values: Floats, sigma: float) -> Floats:
@@ -64,6 +65,18 @@ class Placed:
         where = (pixels + 0.5) * (np.array(size) / image.shape[1::-1]) - 0.5
         return cls(image, ppi, size, np.nan_to_num(where, nan=-1.0).astype(np.float32))
 
+    @property
+    def resolved(self) -> Mask:
+        """Return where a pixel of the copy is narrow enough to compare print.
+
+        In the direction in which it is widest: on a wall that is seen flat it is several times as wide as usual. (h, w)
+        """
+        down, right = (np.gradient(self.where, axis=axis) for axis in (0, 1))
+        area = right[..., 0] * down[..., 1] - right[..., 1] * down[..., 0]
+        squares = (right**2 + down**2).sum(axis=-1)
+        least = (squares - np.sqrt(np.maximum(squares**2 - 4 * area**2, 0))) / 2  # squared singular value
+        return np.asarray(least > RESOLVED**2)
+
     def read(self, small: Floats | Bytes) -> Floats:
         """Return values (h, w, …) of a smaller picture on the coarse page."""
         values: Floats = cv2.remap(small, self.where, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
@@ -78,9 +91,11 @@ class CoarseView:
     ppi      (h, w) what it resolves.
     light    (h, w, 3) linear.
     covered  (h, w) True where something covers the page in it, or a lamp is mirrored.
+    resolved (h, w) True where it shows print as finely as the coarse page does, not seen flat.
     """
 
     good: Mask
     ppi: Floats
     light: Floats
     covered: Mask
+    resolved: Mask

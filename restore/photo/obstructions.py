@@ -63,7 +63,13 @@ class Agreement:
 
 
 def covered_mask(
-    photograph: Floats, scan: Floats, normals: Floats, seen: Mask, known: Mask, glare: Mask | None = None
+    photograph: Floats,
+    scan: Floats,
+    normals: Floats,
+    seen: Mask,
+    known: Mask,
+    resolved: Mask | None = None,
+    glare: Mask | None = None,
 ) -> Mask:
     """Return where something covers the page in a photograph.
 
@@ -71,6 +77,7 @@ def covered_mask(
     normals: (h, w, 3), of its surface.
     seen: (h, w), where the photograph shows the page.
     known: (h, w), where the scan does.
+    resolved: (h, w), where both show print; everywhere by default.
     glare: (h, w), where the photograph is clipped; it counts as covered, and not as seen.
     Returns (h, w) bool.
     """
@@ -80,7 +87,7 @@ def covered_mask(
     both &= ~glare
     if not both.any():
         return glare
-    found = compare(photograph, scan, normals, both)
+    found = compare(photograph, scan, normals, both, both if resolved is None else resolved)
     seeds = _sizable(found.contradicted, MIN_MM2)
     # White paper that is clipped next to a contradiction belongs to the same thing, and hides its print.
     seeds |= _connected(glare, _grown(seeds, BLEND_MM) & glare)
@@ -96,11 +103,12 @@ def covered_mask(
     return np.asarray(glare | (seen & (near <= MARGIN_MM)))
 
 
-def compare(photograph: Floats, scan: Floats, normals: Floats, both: Mask) -> Agreement:
+def compare(photograph: Floats, scan: Floats, normals: Floats, both: Mask, resolved: Mask) -> Agreement:
     """Compare two pictures (h, w, 3) of the coarse page, linear light.
 
     normals: (h, w, 3), of the surface.
     both: (h, w), where both pictures show the page.
+    resolved: (h, w), where both show its print. Elsewhere print neither contradicts nor confirms.
     """
     gains, terms = _log_gains(photograph, scan, both), _light_terms(normals, both)
     level = gains.mean(axis=2)
@@ -115,10 +123,11 @@ def compare(photograph: Floats, scan: Floats, normals: Floats, both: Mask) -> Ag
     change = np.maximum(-change / LEVEL_LIMITS[0], change / LEVEL_LIMITS[1])
     field = np.maximum(tint, change)
     step = np.abs(level - lamps - _local(level - lamps, both, SURROUNDINGS_MM))
-    contradicted = both & (wide.unlike | (printed & (wide.slope < WASHED_OUT)) | (field > 1.0))
+    other_print = wide.unlike | (printed & (wide.slope < WASHED_OUT))
+    contradicted = both & ((resolved & other_print) | (field > 1.0))
     differs = contradicted | narrow.unlike | (tint > CONFIRMED_TINT) | (step > CONFIRMED_STEP)
     agrees = wide.difference < CONFIRMED * (wide.scanned + wide.seen)
-    return Agreement(contradicted, both & printed & agrees & ~differs)
+    return Agreement(contradicted, both & resolved & printed & agrees & ~differs)
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,7 +107,8 @@ def _without_contradictions(views: Sequence[CoarseView], normals: Floats, unknow
         both = views[j].good & views[k].good
         if not (both & unknown).any():
             continue
-        contradicted = compare(views[j].light, views[k].light, normals, both).contradicted & unknown
+        resolved = views[j].resolved & views[k].resolved
+        contradicted = compare(views[j].light, views[k].light, normals, both, resolved).contradicted & unknown
         reach = distance_transform_edt(~contradicted) <= MARGIN_MM / MM_PER_INCH * COARSE_DPI
         for n in (j, k):
             good[n] &= ~(reach & unknown)
@@ -119,7 +120,7 @@ def _without_contradictions(views: Sequence[CoarseView], normals: Floats, unknow
 
 def _coarse_view(placed: Placed, good: Mask) -> CoarseView:
     codes = placed.read(cv2.resize(placed.image, placed.size, interpolation=cv2.INTER_AREA))
-    return CoarseView(good, placed.ppi, LINEAR[codes].astype(np.float64), np.zeros_like(good))
+    return CoarseView(good, placed.ppi, LINEAR[codes].astype(np.float64), np.zeros_like(good), placed.resolved)
 
 
 def _photographed(
@@ -138,7 +139,8 @@ def _photographed(
     reach = GLARE_MM / MM_PER_INCH * COARSE_DPI
     glare = glare_mask(clipped, view.light.mean(axis=2), scanned.light.mean(axis=2), good, reach)
     glare = cv2.dilate(glare.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-    covered = covered_mask(view.light, scanned.light, coarse[..., 3:6], good, known, glare)
+    resolved = view.resolved & scanned.resolved
+    covered = covered_mask(view.light, scanned.light, coarse[..., 3:6], good, known, resolved, glare)
     return replace(view, good=good & ~covered, covered=covered)
 
 

@@ -72,7 +72,9 @@ def glare_mask(clipped: Floats, light: Floats, expected: Floats, seen: Mask, rea
         total = blurred_widely(unclipped, reach)
     haze = seen & (gain > HAZE_GAIN * usual)
     core = seen & (clipped >= GLARE_SHARE) & (gain > GLARE_GAIN * usual)
-    core |= seen & (gain > INK_GAIN * usual) & (light - usual * expected > INK_LIGHT)
+    # A stroke of ink is lighter by the paper next to it in the less sharp of two pictures: no lamp does that.
+    nearby = cv2.dilate(expected, np.ones((3, 3), np.uint8))
+    core |= seen & (gain > INK_GAIN * usual) & (light - usual * nearby > INK_LIGHT)
     # Haze ends near its glare; what is bright farther off is another light on another slope.
     haze &= cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) < reach / 2
     _, pieces = cv2.connectedComponents(haze.astype(np.uint8), connectivity=8)

@@ -87,6 +87,18 @@ def test_a_soft_shadow_covers_nothing():
     assert not found_in(photographed(printed(), shadow), printed(), everywhere(), everywhere()).any()
 
 
+def test_print_that_is_not_resolved_contradicts_nothing_and_what_covers_it_is_found_by_its_colour():
+    flat, hidden = np.zeros(SHAPE, bool), disc((55, 90), 18)
+    flat[:, 60:120] = True
+    run_together = cv2.GaussianBlur(printed(), (0, 0), 4.0)
+    seen = photographed(np.where(flat[..., None], run_together, printed()))
+    assert found_in(seen, printed(), everywhere(), everywhere()).any()
+    assert not covered_mask(seen, printed(), FLAT, everywhere(), everywhere(), ~flat).any()
+    found = covered_mask(np.where(hidden[..., None], SKIN, seen), printed(), FLAT, everywhere(), everywhere(), ~flat)
+    inside = cv2.distanceTransform(hidden.astype(np.uint8), cv2.DIST_L2, 5) * COARSE_MM
+    assert inside[hidden & ~found].max(initial=0.0) <= RIM_LEFT_MM
+
+
 @pytest.mark.parametrize("colour", [SKIN, BLACK, (0.05, 0.1, 0.4)])
 @pytest.mark.parametrize("middle", [(55, 90), (125, 100), (100, 150)])
 def test_what_is_unlike_paper_is_found_over_print_and_over_blank_paper(colour, middle):
@@ -116,14 +128,14 @@ def test_white_paper_that_is_clipped_hides_the_page_as_far_as_it_reaches():
     sheet = np.ones((*SHAPE, 3)) * PAPER
     sheet[62:88:3, 65:135] *= 0.4
     seen = np.where(hidden[..., None], sheet, page)
-    found = covered_mask(photographed(seen), page, FLAT, everywhere(), everywhere(), clipped)
+    found = covered_mask(photographed(seen), page, FLAT, everywhere(), everywhere(), glare=clipped)
     inside = cv2.distanceTransform(hidden.astype(np.uint8), cv2.DIST_L2, 5) * COARSE_MM
     assert inside[hidden & ~found].max(initial=0.0) <= WINDOW_MM  # print beside it confirms so much blank paper
 
 
 def test_a_mirrored_lamp_covers_nothing_but_its_own_glare():
     clipped = disc((120, 100), 12)
-    found = covered_mask(photographed(printed()), printed(), FLAT, everywhere(), everywhere(), clipped)
+    found = covered_mask(photographed(printed()), printed(), FLAT, everywhere(), everywhere(), glare=clipped)
     np.testing.assert_array_equal(found, clipped)
 
 

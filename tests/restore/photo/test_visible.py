@@ -1,5 +1,6 @@
 """What a camera does not see is not painted from it."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -16,8 +17,6 @@ def camera_at(place, towards=(0.0, 0.0, -900.0)):
     right = np.cross(forward, [0, 1.0, 0])
     right /= np.linalg.norm(right)
     axes = np.stack([right, np.cross(forward, right), forward])
-    import cv2
-
     turn = cv2.Rodrigues(axes)[0].ravel()
     lens = [500.0, 199.5, 149.5, 0, 0, 0, 0, 0]
     return PhotoCamera(np.concatenate([turn, -axes @ np.asarray(place, float), lens]), SIZE)
@@ -78,6 +77,14 @@ def test_overexposed_paper_and_another_light_are_no_glare():
     assert not glare_mask((full >= 0.95).astype(float), full, expected, seen, 25.0).any()
     slanted = expected * np.linspace(0.4, 1.0, 80)
     assert not glare_mask((slanted >= 0.95).astype(float), slanted, expected, seen, 25.0).any()
+
+
+def test_a_stroke_of_ink_is_no_glare_where_another_picture_shows_it_less_sharply():
+    expected, seen = np.full((60, 80), 0.8), np.ones((60, 80), bool)
+    expected[20:40:4, 10:70] = 0.02
+    blurred = cv2.GaussianBlur(expected, (0, 0), 1.0)
+    assert (blurred > 3 * expected).any()  # as much lighter as a lamp would make ink
+    assert not glare_mask(np.zeros((60, 80)), blurred, expected, seen, 25.0).any()
 
 
 def test_clipped_fraction():
