@@ -125,7 +125,7 @@ def _outcome(page: FlatMesh, scene: Scene, kind: str, rng: np.random.Generator, 
     assert painting.page_source is not None
     first = painting.page_source == 1
     hidden_in_photo = cv2.distanceTransform(covered.hidden.astype(np.uint8), cv2.DIST_L2, 5) / shot.per_mm
-    depth = cv2.remap(hidden_in_photo, np.where(first[..., None], painting.source.whole(), -1), None, cv2.INTER_LINEAR)
+    depth = cv2.remap(hidden_in_photo, np.where(first[..., None], painting.source(), -1), None, cv2.INTER_LINEAR)
     mm2 = (25.4 / DPI) ** 2
     hidden = _hidden_on_page(page, outcome[0], covered)
     left_out = painting.covered & ~hidden if painting.covered is not None else np.zeros_like(hidden)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from restore.findings import Finding
 from restore.mesh.topology import Topology
 from restore.runtime.given_later import given_later
+from restore.runtime.rows import Rows
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
 
@@ -72,10 +73,12 @@ IMAGES = ("image", "mask", "page_map", "master", "coverage", "page_source", "unc
 """The fields of a `RestoredPage` that are arrays (h, w, …) over its pixels."""
 
 
-@given_later("page_map")
+@given_later("image", "mask", "page_map", "master", "coverage", "uncropped")
 @dataclass(frozen=True, eq=False)
 class RestoredPage:
     """The flat page, painted true to scale.
+
+    Of a large page the pictures are drawn when they are read; `by_rows` gives them without having one whole.
 
     image     (h, w, 3) uint8 RGB.
     dpi       one inch of paper is `dpi` pixels.
@@ -84,7 +87,6 @@ class RestoredPage:
     fine      the finer mesh that maps the picture to the page, the same when the scan has no grid.
     report    options, sizes, strain, findings and times (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
-              It may be given as a function that draws it.
     master    (h, w, 3) uint8 RGB, the page with its shading; equal to the image where shading is kept.
     coverage  (h, w) uint8, the kind of each pixel: values of `restore.texture.coverage.CoverageClass`.
     page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
@@ -113,6 +115,21 @@ class RestoredPage:
     findings: tuple[Finding, ...] = ()
     uncertainty: NDArray[np.float32] | None = None
     uncropped: Bytes | None = None
+
+    def has(self, name: str) -> bool:
+        """Return whether a field of `IMAGES` is not None."""
+        return self.__dict__[name] is not None
+
+    def by_rows(self, name: str) -> Rows:
+        """Return the rows of a field of `IMAGES`, drawn where they are needed."""
+        value = self.__dict__[name]
+        return value if isinstance(value, Rows) else Rows.of(getattr(self, name))
+
+    def changed(self, **fields: Any) -> Self:
+        """Return the page with other fields, without drawing any that is not drawn yet."""
+        changed = object.__new__(type(self))
+        changed.__dict__.update(self.__dict__ | fields)
+        return changed
 
     def changed_images(self, change: Callable[[str, NDArray[Any]], NDArray[Any]]) -> dict[str, Any]:
         """Return the fields of `IMAGES` after change(name, array (h, w, …)).

@@ -8,7 +8,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, NamedTuple, cast
+from functools import partial
+from typing import Any, NamedTuple
 
 from restore.findings import Finding
 from restore.flattening.methods import OnStep
@@ -21,16 +22,17 @@ from restore.photo import (
     register_photographs,
     remove_registered_shading,
 )
+from restore.prepared.large_page import OVERVIEW_DPI, LargePage, is_large
 from restore.prepared.prepare import prepare
 from restore.prepared.prepared import Prepared
 from restore.prepared.separate import source_of
 from restore.report import describe, findings_of_page
 from restore.runtime.arguments import checks_types
-from restore.scan import Bytes, RangeScan, ScannedSheet, SurfaceMesh
+from restore.scan import Bytes, Mask, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import relief_of
-from restore.shading.remove import LIGHT_DPI
-from restore.shading.white import balance_on_paper
+from restore.shading.remove import LIGHT_DPI, PageLight
+from restore.shading.white import WhiteBalance, balance_on_paper
 from restore.texture.coverage import Coverage, cover, hole_findings, seen_part, with_erased
 from restore.texture.inpaint import blank_hidden, inpaint_hidden
 from restore.texture.occlusion import mirror_findings
@@ -78,22 +80,34 @@ def restore(
     if photos:
         with clock("register"):
             registered = register_photographs(fine, photos)
+    large = not registered and is_large(fine, settings)
+    seen_at = OVERVIEW_DPI if large else dpi
     with clock("texture"):
-        painted, photo_report, kinds, coverage = _paint(prepared, fine, registered, dpi)
+        painted, photo_report, kinds, coverage = _paint(prepared, fine, registered, seen_at)
         painting = seen_part(painted, coverage)
     with clock("shade"):
-        shaded = _shade(prepared, fine, painting, registered, settings)
+        shaded = _shade(prepared, fine, painting, registered, settings, seen_at)
         image = blank_hidden(shaded.image, coverage)
         image, coverage = inpaint_hidden(image, coverage, dpi, settings.inpaint_mm)
+    pictures: dict[str, Any] = {
+        "image": image,
+        "mask": coverage.mask,
+        "page_map": painting.source,  # drawn when it is read
+        "master": painting.image,
+        "coverage": coverage.seen,
+        "uncropped": with_erased(painting.image, painted, coverage),
+    }
+    if large:
+        pictures = LargePage.of(prepared, fine, dpi, coverage, partial(shaded.relit, dpi=dpi)).pictures()
     report = describe(prepared, unrolled, painting, settings) | shaded.report
     found = [
         *findings_of_page(fine, report),
         *prepared.findings,
         *mirror_findings(fine),
-        *hole_findings(painted.mask, kinds, dpi),
+        *hole_findings(painted.mask, kinds, seen_at),
         *shaded.findings,
-        *coverage.findings(dpi),
-        *prepared.findings_on(painting, coverage, dpi),
+        *coverage.findings(seen_at),
+        *prepared.findings_on(painting, coverage, seen_at),
         *photo_findings(registered, photo_report),
     ]
     report |= {"coverage": coverage.described(), "source": dict(source.provenance), "seconds": clock.seconds}
@@ -105,21 +119,16 @@ def restore(
             uncertainty = estimate_uncertainty(prepared, unrolled, source)
     report |= uncertainty_fields(source.provenance, report["page_mm"], uncertainty)
     report["findings"] = [one.as_json() for one in found]
-    return RestoredPage(
-        image,
-        dpi,
-        coverage.mask,
-        unrolled.coarse,
-        report,
-        cast(Any, painting.source.whole),  # drawn when it is read
-        fine,
-        painting.image,
-        coverage.seen,
-        painting.page_source,
+    page = RestoredPage(
+        dpi=dpi,
+        flat=unrolled.coarse,
+        report=report,
+        fine=fine,
+        page_source=painting.page_source,
         findings=tuple(found),
-        uncertainty=uncertainty.on_page(coverage.mask) if isinstance(uncertainty, Uncertainty) else None,
-        uncropped=with_erased(painting.image, painted, coverage),
+        **pictures,
     )
+    return page.changed(uncertainty=uncertainty.on_page(page.mask)) if isinstance(uncertainty, Uncertainty) else page
 
 
 def uncertainty_fields(
@@ -179,16 +188,29 @@ class Shaded(NamedTuple):
     image: Bytes
     report: dict[str, Any]
     findings: tuple[Finding, ...]
+    light: PageLight | None = None
+    white: WhiteBalance | None = None
+
+    def relit(self, image: Bytes, mask: Mask, top: int, *, dpi: float) -> Bytes:
+        """Return rows (h, w, 3) from `top` on of the page at `dpi`, in the same light and colours."""
+        image = image if self.light is None else self.light.removed_from(image, mask, dpi, top).image
+        return image if self.white is None else self.white.balanced(image, mask)
 
 
 def _shade(
-    prepared: Prepared, fine: FlatMesh, painting: Painting, registered: Sequence[Registered], settings: Settings
+    prepared: Prepared,
+    fine: FlatMesh,
+    painting: Painting,
+    registered: Sequence[Registered],
+    settings: Settings,
+    dpi: float,
 ) -> Shaded:
     """Remove the light and the lamp's colour from a textured page.
 
     As far as settings and page allow.
     """
-    image, mask, dpi = painting.image, painting.mask, settings.dpi
+    image, mask = painting.image, painting.mask
+    removed, balanced = None, None
     light: Mapping[str, Any] = {}
     white: Mapping[str, Any] = {"setting": "keep"}
     if fine.texture is not None and settings.shading != "keep":
@@ -202,7 +224,9 @@ def _shade(
         image, white = balanced.image, {"setting": settings.white_balance, **balanced.report}
     kept = (("light_kept", light), ("white_kept", white))
     found = tuple(Finding.of(code, reason=report["reason"]) for code, report in kept if "reason" in report)
-    return Shaded(image, {"light": light, "white_balance": white}, found)
+    return Shaded(
+        image, {"light": light, "white_balance": white}, found, None if removed is None else removed.light, balanced
+    )
 
 
 class Stopwatch:

@@ -6,7 +6,7 @@ Or as the whole where it is not an opened book.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from restore.edits.apply import correct_leaves
 from restore.edits.finish import finish_page
@@ -70,4 +70,4 @@ def restore_leaves(
 def _reported(page: RestoredPage, leaves: Leaves, part: str) -> RestoredPage:
     found = (*page.findings, *leaves.findings)
     report = {**page.report, **leaves.fields(part), "findings": [one.as_json() for one in found]}
-    return replace(page, report=report, findings=found)
+    return page.changed(report=report, findings=found)

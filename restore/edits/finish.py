@@ -54,7 +54,7 @@ def finish_page(page: RestoredPage, part: PartEdits) -> RestoredPage:
     page = crop_page(with_margins(page, added), part.crop)
     given = part.model_dump(mode="json", exclude_defaults=True)
     report = {**page.report, "edits": given, "findings": [one.as_json() for one in found]}
-    return replace(page, report=report, findings=found)
+    return page.changed(report=report, findings=found)
 
 
 def missing_mm(page: RestoredPage, size_mm: Floats, part: PartEdits) -> Floats:

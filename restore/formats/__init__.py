@@ -21,6 +21,7 @@ from restore.formats.older import current_provenance
 from restore.formats.picture import SUFFIXES as IMAGE_SUFFIXES
 from restore.formats.picture import encode_png, read_image
 from restore.formats.ply import read_ply, write_ply
+from restore.formats.png import png_parts
 from restore.formats.references import referenced_files
 from restore.formats.rounding import joined_by_rounding
 from restore.formats.seams import without_seams
@@ -47,6 +48,7 @@ __all__ = [
     "current_provenance",
     "encode_png",
     "load_scan",
+    "png_parts",
     "read_bytes",
     "read_image",
     "referenced_files",

@@ -19,6 +19,7 @@ import numba
 import numpy as np
 from PIL import Image
 
+from restore.runtime.rows import Rows
 from restore.runtime.threads import BAND_PIXELS, in_threads
 from restore.scan import Bytes
 
@@ -30,20 +31,24 @@ ADLER = 65521  # modulus of the check sum
 AT_ONCE = 16  # bands that are compressed before any is passed on
 
 
-def png_parts(picture: Bytes, **chunks: Any) -> Iterator[bytes]:
+def png_parts(picture: Bytes | Rows, **chunks: Any) -> Iterator[bytes]:
     """Encode (h, w, 3) uint8 RGB as the parts of a PNG file, in order.
 
+    One that is drawn by rows is never in memory whole.
     chunks: what Pillow's writer of PNG takes in addition.
     """
+    picture = picture if isinstance(picture, Rows) else Rows.of(picture)
     height, width = picture.shape[:2]
     before, after = _other_chunks(**chunks)
     yield SIGNATURE + _chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) + before
     rows = max(1, BAND_PIXELS // width)
     starts = range(0, height, rows)
-    check = 1
+    check, above = 1, np.zeros(3 * width, np.uint8)
     for first in range(0, len(starts), AT_ONCE):
         some = starts[first : first + AT_ONCE]
-        bands = in_threads(lambda start: _compressed(picture, start, min(start + rows, height)), some)
+        drawn = np.ascontiguousarray(picture.rows(slice(some[0], min(some[-1] + rows, height)))).reshape(-1, 3 * width)
+        bands = _compressed_bands(drawn, above, rows, ends=some[-1] + rows >= height)
+        above = drawn[-1].copy()
         for start, (band, sum_of_band, size) in zip(some, bands, strict=True):
             check = _joined_sum(check, sum_of_band, size)
             head = STREAM if start == 0 else b""
@@ -52,19 +57,25 @@ def png_parts(picture: Bytes, **chunks: Any) -> Iterator[bytes]:
     yield after + _chunk(b"IEND", b"")
 
 
-def _compressed(picture: Bytes, start: int, stop: int) -> tuple[bytes, int, int]:
-    """Compress rows to a part of a zlib stream.
+def _compressed_bands(drawn: Bytes, above: Bytes, rows: int, *, ends: bool) -> list[tuple[bytes, int, int]]:
+    """Compress bands of some rows, each to a part of a zlib stream.
 
-    Also returns the check sum of the filtered rows and their size in bytes.
+    drawn: (h, 3 w), below a row `above`.
+    Returns also the check sum of the filtered rows of each, and their size in bytes.
+    ends: whether the stream ends with them.
     """
-    above = picture[start - 1] if start else np.zeros_like(picture[0])
-    own = np.ascontiguousarray(picture[start:stop]).reshape(stop - start, -1)
-    filtered = np.empty((stop - start, own.shape[1] + 1), np.uint8)
-    _filter(own, np.ascontiguousarray(above).reshape(-1), filtered)
-    packer = zlib.compressobj(LEVEL, zlib.DEFLATED, RAW, MEMORY, zlib.Z_RLE)
-    packed = packer.compress(filtered.data)
-    packed += packer.flush(zlib.Z_FINISH if stop == len(picture) else zlib.Z_SYNC_FLUSH)
-    return packed, zlib.adler32(filtered.data), filtered.size
+
+    def compressed(start: int) -> tuple[bytes, int, int]:
+        own = drawn[start : start + rows]
+        filtered = np.empty((len(own), own.shape[1] + 1), np.uint8)
+        _filter(own, drawn[start - 1] if start else above, filtered)
+        packer = zlib.compressobj(LEVEL, zlib.DEFLATED, RAW, MEMORY, zlib.Z_RLE)
+        packed = packer.compress(filtered.data)
+        last = ends and start + rows >= len(drawn)
+        packed += packer.flush(zlib.Z_FINISH if last else zlib.Z_SYNC_FLUSH)
+        return packed, zlib.adler32(filtered.data), filtered.size
+
+    return in_threads(compressed, range(0, len(drawn), rows))
 
 
 @numba.njit(cache=True, nogil=True)

@@ -15,9 +15,10 @@ from restore.numerics.srgb import LINEAR
 from restore.page import FlatMesh
 from restore.photo.coarse import COARSE_DPI
 from restore.photo.sources import Plan, Source
+from restore.runtime.rows import Rows
 from restore.runtime.threads import in_bands
 from restore.scan import Bytes, Mask
-from restore.texture.page import MM_PER_INCH, PAPER, Painting, SourceMap, picture_size, texture_mtf50
+from restore.texture.page import MM_PER_INCH, PAPER, Painting, picture_size, texture_mtf50
 from restore.texture.resolution import Resolution
 from restore.texture.sampling import sample_scaled
 
@@ -51,7 +52,7 @@ def paint(page: FlatMesh, sources: Sequence[Source], plan: Plan, dpi: float) -> 
 
     in_bands(paint_band, height, BAND)
     _carry_to_edge(image, mask, round(EDGE_MM * scale))
-    return Painting(image, mask, SourceMap.of(where), _resolution(page, sources, plan), which)
+    return Painting(image, mask, Rows.of(where), _resolution(page, sources, plan), which)
 
 
 def _band(

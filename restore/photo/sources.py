@@ -94,7 +94,7 @@ def _hidden_from_scanner(page: FlatMesh, shape: tuple[int, ...]) -> Mask:
     That part occludes it. Returns (h, w) bool, on the coarse page.
     """
     centre = viewpoint(page)
-    return np.zeros(shape, bool) if centre is None else occluded(page, centre, shape, COARSE_DPI)
+    return np.zeros(shape, bool) if centre is None else occluded(page, centre, shape, COARSE_DPI)()
 
 
 def _without_contradictions(views: Sequence[CoarseView], normals: Floats, unknown: Mask) -> list[CoarseView]:

@@ -20,11 +20,11 @@ from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
 from restore.outline.sides import Line, Side, straighten
 from restore.page import FlatMesh
-from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture, upright_as_textured
+from restore.prepared.prepared import Clock, KindsOfRows, Prepared, Unrolled, square_to_picture, upright_as_textured
 from restore.prepared.refine import interpolate_flat_positions, refine, subdivide
 from restore.range_image.facets.normals import facet_normals
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
-from restore.runtime.threads import in_picture_bands
+from restore.runtime.rows import Rows
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh
 from restore.settings import Settings
 from restore.texture.coverage import CoverageClass
@@ -114,8 +114,8 @@ class FacetSheet(Prepared):
         normals[np.isnan(at[..., 0])] = np.nan
         return normals
 
-    def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """Return MEASURED or INTERPOLATED as the samples are, (h, w).
+    def kinds_by_rows(self, fine: FlatMesh, dpi: float) -> KindsOfRows:
+        """Return MEASURED or INTERPOLATED as the samples are.
 
         OUTSIDE in holes that show the table.
         """
@@ -124,20 +124,25 @@ class FacetSheet(Prepared):
         has_holes = self.sheet.holes is not None and self.sheet.holes.any()
         holes = np.asarray(self.sheet.holes, np.float32) if has_holes else None
         erased = None if self.erased is None else self.erased.astype(np.float32)
-        kinds = np.empty(page.shape, np.uint8)
 
-        def find(rows: slice) -> None:
-            at, band = rasterise_on_page(fine, grid_xy, page.shape, dpi, rows), kinds[rows]
-            band[:] = cv2.remap(samples, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
-            band *= page[rows]  # OUTSIDE is 0
+        def find(page: Mask, top: int) -> Bytes:
+            at = rasterise_on_page(fine, grid_xy, page.shape, dpi, slice(top, top + len(page)))
+            kinds = cv2.remap(samples, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+            kinds *= page  # OUTSIDE is 0
             if holes is not None:
-                band[cv2.remap(holes, at, None, cv2.INTER_LINEAR) > HALF] = CoverageClass.OUTSIDE
+                kinds[cv2.remap(holes, at, None, cv2.INTER_LINEAR) > HALF] = CoverageClass.OUTSIDE
             if erased is not None:
                 gone = cv2.remap(erased, at, None, cv2.INTER_LINEAR) > HALF
-                band[gone & (band != CoverageClass.OUTSIDE)] = CoverageClass.ERASED
+                kinds[gone & (kinds != CoverageClass.OUTSIDE)] = CoverageClass.ERASED
+            return np.asarray(kinds)
 
-        in_picture_bands(find, *page.shape[:2])
-        return kinds
+        def find_in_bands(page: Mask, top: int) -> Bytes:
+            def kinds(rows: slice) -> Bytes:
+                return find(page[rows], top + rows.start)
+
+            return np.asarray(Rows(page.shape, np.uint8, kinds)())
+
+        return find_in_bands
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
         """Return the lens of the scanner, (3,) mm.

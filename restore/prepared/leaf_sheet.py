@@ -20,7 +20,7 @@ from restore.mesh.topology import Topology
 from restore.outline.sides import Line, Side
 from restore.page import FlatMesh
 from restore.prepared.facet_sheet import FacetSheet, rotated, unroll
-from restore.prepared.prepared import Clock, Unrolled
+from restore.prepared.prepared import Clock, KindsOfRows, Unrolled
 from restore.prepared.refine import interpolate_flat_positions
 from restore.prepared.separate import LeafSpine
 from restore.range_image.facets.sheet import PageOnGrid, Sheet
@@ -106,18 +106,24 @@ class LeafSheet(FacetSheet):
             lengths=lengths,
         )
 
-    def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """Return the coverage (h, w) as for any sheet.
+    def kinds_by_rows(self, fine: FlatMesh, dpi: float) -> KindsOfRows:
+        """Return the coverage as for any sheet.
 
         FACING on the strip of the facing page.
         """
-        kinds = super().kinds_on(fine, page, dpi)
+        of_sheet = super().kinds_by_rows(fine, dpi)
         rows, cols = self.sheet.rays.grid(fine.vertices)
-        at = rasterise_on_page(fine, np.column_stack([cols, rows]), page.shape, dpi)
+        on_grid = np.column_stack([cols, rows])
         spine = np.ascontiguousarray(self.spine.cols[:, None], np.float32)
-        border = cv2.remap(spine, np.zeros_like(at[..., 0]), np.nan_to_num(at[..., 1]), cv2.INTER_LINEAR)
-        kinds[(self.sign * (at[..., 0] - border) > 0) & (kinds != CoverageClass.OUTSIDE)] = CoverageClass.FACING
-        return kinds
+
+        def find(page: Mask, top: int) -> Bytes:
+            kinds = of_sheet(page, top)
+            at = rasterise_on_page(fine, on_grid, page.shape, dpi, slice(top, top + len(page)))
+            border = cv2.remap(spine, np.zeros_like(at[..., 0]), np.nan_to_num(at[..., 1]), cv2.INTER_LINEAR)
+            kinds[(self.sign * (at[..., 0] - border) > 0) & (kinds != CoverageClass.OUTSIDE)] = CoverageClass.FACING
+            return kinds
+
+        return find
 
 
 def _border(faces: Ints) -> Ints:

@@ -16,7 +16,7 @@ from restore.flattening.methods import OnStep
 from restore.mesh.clean import clean
 from restore.page import FlatMesh
 from restore.prepared.flatten import flatten
-from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture, upright_as_textured
+from restore.prepared.prepared import Clock, KindsOfRows, Prepared, Unrolled, square_to_picture, upright_as_textured
 from restore.scan import Bytes, Floats, InterpolatedMesh, Mask, SurfaceMesh
 from restore.settings import Settings
 from restore.texture.coverage import Coverage, CoverageClass, distance_to
@@ -72,16 +72,22 @@ class InterpolatedPage(Prepared):
         """Return the camera centre (3,) mm of its mesh."""
         return self.page.camera_centre(fine)
 
-    def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """Return the coverage (h, w) of its mesh.
+    def kinds_by_rows(self, fine: FlatMesh, dpi: float) -> KindsOfRows:
+        """Return the coverage of its mesh.
 
         INTERPOLATED farther from all measured points than `reach_mm`.
         """
-        kinds = self.page.kinds_on(fine, page, dpi)
-        distance = distance_to(self.scan.measured, fine.vertices)
-        near = rasterise_on_page(fine, distance[:, None], page.shape, dpi)[..., 0] <= self.scan.reach_mm
-        kinds[~near & (kinds == CoverageClass.MEASURED)] = CoverageClass.INTERPOLATED
-        return kinds
+        of_mesh = self.page.kinds_by_rows(fine, dpi)
+        distance = distance_to(self.scan.measured, fine.vertices)[:, None]
+
+        def find(page: Mask, top: int) -> Bytes:
+            kinds = of_mesh(page, top)
+            drawn = rasterise_on_page(fine, distance, page.shape, dpi, slice(top, top + len(page)))
+            near = drawn[..., 0] <= self.scan.reach_mm
+            kinds[~near & (kinds == CoverageClass.MEASURED)] = CoverageClass.INTERPOLATED
+            return kinds
+
+        return find
 
     def findings_on(self, _painting: Painting, _coverage: Coverage, _dpi: float) -> list[Finding]:
         """None: its reconstruction has reported what is not measured."""

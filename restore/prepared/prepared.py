@@ -30,6 +30,8 @@ NO_NOISE = "a mesh has no noise of single rays: give the range image"
 MIN_OVERLAP = 0.7  # correlation of flat and texture positions: one chart explains half of their variance
 
 Clock = Callable[[str], AbstractContextManager[None]]
+# Whether pixels (rows, w) are on the page, from which row of it on → how their shape is known, (rows, w).
+KindsOfRows = Callable[[Mask, int], Bytes]
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,12 +94,19 @@ class Prepared(ABC):
         normals = page_map(fine.flat, fine.faces, vertex_normals(fine.vertices, fine.faces) @ axes.T, dpi)
         return normals / np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), SINGLE_TINY)
 
-    def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:  # noqa: ARG002 - others need both
-        """Return how the shape of a flat page is known, (h, w).
+    def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
+        """Return how the shape of a flat page (h, w) is known.
+
+        Values as of `kinds_by_rows`.
+        """
+        return self.kinds_by_rows(fine, dpi)(page, 0)
+
+    def kinds_by_rows(self, fine: FlatMesh, dpi: float) -> KindsOfRows:  # noqa: ARG002 - others need both
+        """Return how the shape of a flat page is known.
 
         MEASURED, INTERPOLATED, or OUTSIDE in holes.
         """
-        return np.where(page, CoverageClass.MEASURED, CoverageClass.OUTSIDE).astype(np.uint8)
+        return lambda page, _top: np.where(page, CoverageClass.MEASURED, CoverageClass.OUTSIDE).astype(np.uint8)
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
         """Return the centre (3,) mm of the camera that took the texture.

@@ -12,3 +12,5 @@ from .native import (
 from .native import (
     missing_libraries as missing_libraries,
 )
+from .rows import Rows as Rows
+from .threads import in_threads as in_threads

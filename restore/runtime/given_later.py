@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 Class = TypeVar("Class", bound=type)
 
 
-def given_later(name: str) -> Callable[[Class], Class]:
-    """Decorate a data class that has such a field of this name.
+def given_later(*names: str) -> Callable[[Class], Class]:
+    """Decorate a data class that has such fields of these names.
 
     >>> from dataclasses import dataclass
     >>> @given_later("value")
@@ -21,7 +21,8 @@ def given_later(name: str) -> Callable[[Class], Class]:
     """
 
     def decorated(owner: Class) -> Class:
-        setattr(owner, name, _Field(name))
+        for name in names:
+            setattr(owner, name, _Field(name))
         return owner
 
     return decorated

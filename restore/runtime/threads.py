@@ -6,6 +6,7 @@ Compiled kernels release the interpreter lock.
 from __future__ import annotations
 
 import os
+import threading
 from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -17,6 +18,8 @@ VARIABLE = "PLANISH_THREADS"  # set for the processes of a pool, which divide th
 MAX_THREADS = 4  # more gain little: the kernels are bound by memory bandwidth
 BANDS_A_THREAD = 2  # more than one, so that a busy core gets fewer of them
 BAND_PIXELS = 2**18  # of a band of a picture: what is computed of it on the way stays in the processor's cache
+
+_inside = threading.local()  # .busy in a thread that works on parts
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -37,7 +40,7 @@ def thread_count() -> int:
 def in_threads(work: Callable[[Part], Result], parts: Iterable[Part], count: int | None = None) -> list[Result]:
     """Return the results of work(part) for all parts, in their order.
 
-    Once one has failed, no other is begun.
+    Once one has failed, no other is begun. Work that calls this again does so in its own thread.
     count: number of threads, this one included; `thread_count()` by default. It does not change any result.
     """
     numbered = [*enumerate(parts)]
@@ -46,13 +49,15 @@ def in_threads(work: Callable[[Part], Result], parts: Iterable[Part], count: int
     results: dict[int, Result] = {}
 
     def work_off() -> None:
+        _inside.busy = count >= thread_count()
         try:
             while (one := waiting.popleft()) is not None:
                 results[one[0]] = work(one[1])
         finally:
+            _inside.busy = False
             waiting.appendleft(None)
 
-    if count == 1:
+    if count == 1 or getattr(_inside, "busy", False):
         return [work(part) for _, part in numbered]
     # This thread works, too: until another has started, or is awake again, small parts are done.
     with ThreadPoolExecutor(count - 1) as threads:  # it starts a thread when work is submitted

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from math import erf, sqrt
 
 import numba
@@ -15,33 +17,55 @@ from restore.shading.relief import Field
 from restore.shading.steps import CELL, Steps
 
 CODES = 4096  # steps of light for the way back to codes: half a code at the dark end, far less elsewhere
+BACK = srgb_codes(np.arange(CODES) / (CODES - 1))
 
 
-def divided(image: Bytes, mask: Mask, scale: float, gain: Field, steps: Steps, most: float) -> Bytes:
-    """Multiply a page by a gain of its cells, where masked.
+@dataclass(frozen=True, eq=False)
+class Division:
+    """Multiplies a page by a gain of its cells.
 
     Between cells the gain is bilinear, except for the steps of the light that it has removed: these are as sharp as the
     page's own pixels show them.
-    image: (h, w, 3).
-    gain: (r, c, 3), with `scale` cells to a pixel.
-    most: the gain is between that and its inverse.
+    gain   (r, c, 3).
+    most   the gain is between that and its inverse.
     """
-    evened, codes = np.empty_like(image), srgb_codes(np.arange(CODES) / (CODES - 1))
-    in_bands(lambda band: _multiply(image, mask, gain, scale, LINEAR, codes, band.start, evened[band]), len(image))
-    if steps.found.any():
+
+    gain: Field
+    steps: Steps
+    most: float
+
+    def divided(self, image: Bytes, mask: Mask, scale: float, top: int = 0) -> Bytes:
+        """Return rows (h, w, 3) of a page multiplied where masked.
+
+        top: the first of them. scale: cells to a pixel.
+        """
+        evened = np.empty_like(image)
+
+        def multiply(rows: slice) -> None:
+            picture, on, first, out = image[rows], mask[rows], top + rows.start, evened[rows]
+            _multiply(picture, on, self.gain, scale, LINEAR, BACK, first, out)
+            if self._near is not None:
+                _multiply_steps(picture, on, *self._near, scale, self.most, LINEAR, BACK, first, out)
+
+        in_bands(multiply, len(image))
+        return evened
+
+    @cached_property
+    def _near(self) -> tuple[Field, Mask, int, int] | None:
+        """Return the cells next to steps, which of them are, and the first row and column.
+
+        None without any.
+        """
+        steps = self.steps
+        if not steps.found.any():
+            return None
         at, distance = np.argwhere(steps.found), steps.distance(CELL)
-        (top, left), (bottom, right) = at.min(axis=0), at.max(axis=0) + 1
+        (top, left), (bottom, right) = at.min(axis=0).tolist(), (at.max(axis=0) + 1).tolist()
         near = np.s_[top:bottom, left:right]
         # Of what the gain answers for, all but the steps varies slowly.
-        rest = gain[near] * steps.sharp[near]
+        rest = self.gain[near] * steps.sharp[near]
         cells = np.dstack((rest, *(field[near] for field in (steps.light, steps.contrast, steps.place, distance))))
-        found = steps.found[near]
-
-        def sharpen(band: slice) -> None:
-            _multiply_steps(image, mask, cells, found, top, left, scale, most, LINEAR, codes, band.start, evened[band])
-
-        in_bands(sharpen, len(image))
-    return evened
+        return cells, steps.found[near], top, left
 
 
 @numba.njit(cache=True, nogil=True)
@@ -50,7 +74,7 @@ def _multiply(
 ) -> None:
     """Multiply the light of every masked pixel by the gain of its cells.
 
-    Interpolated linearly. The rows of the image from `first` on are written to out (some rows, w, 3).
+    Interpolated linearly. The image has the rows of the page from `first` on; out (some rows, w, 3).
     """
     _, width, _ = image.shape
     rows, cols, _ = gain.shape
@@ -62,15 +86,15 @@ def _multiply(
         left[col] = min(int(x), max(cols - 2, 0))
         fraction[col] = x - left[col]
     step = np.uint32(1 if cols > 1 else 0)  # without a sign, no index needs a look for negative ones
-    for row in range(first, first + len(out)):
-        y = min(max((row + 0.5) * scale - 0.5, 0.0), rows - 1.0)
+    for row in range(len(out)):
+        y = min(max((first + row + 0.5) * scale - 0.5, 0.0), rows - 1.0)
         i = min(int(y), max(rows - 2, 0))
         v = np.float32(y - i)
         below = min(i + 1, rows - 1)
         for c in range(cols):
             for k in range(3):
                 across[c, k] = top * (gain[i, c, k] + v * (gain[below, c, k] - gain[i, c, k]))
-        before, after, on = image[row], out[row - first], mask[row]
+        before, after, on = image[row], out[row], mask[row]
         for col in range(width):
             if not on[col]:
                 after[col] = before[col]
@@ -99,15 +123,15 @@ def _multiply_steps(
 ) -> None:
     """Remove the light from every masked pixel between cells with a step.
 
-    For rows from `first` on, into out.
+    The image has the rows from `first` on.
     cells: (r, c, 11), from row `top` and column `left` of the page's on: gain without the light, light with blurred
         steps, contrast of the step, distance from it in widths as blurred, and as the camera drew it.
     """
     rows, cols = found.shape
     full = np.float32(len(codes) - 1)
     here = np.empty(cells.shape[2], np.float32)
-    for row in range(first, first + len(out)):
-        y = (row + 0.5) * scale - 0.5 - top
+    for row in range(len(out)):
+        y = (first + row + 0.5) * scale - 0.5 - top
         i = int(np.floor(y))
         if not 0 <= i < rows - 1:
             continue
@@ -129,4 +153,4 @@ def _multiply_steps(
                 light = max(here[3 + k] + here[6 + k] * rise, here[k] / np.float32(most))
                 gain = max(here[k] / light, np.float32(1 / most))
                 value = full * gain * linear[image[row, col, k]]
-                out[row - first, col, k] = codes[np.uint32(min(value + np.float32(0.5), full))]
+                out[row, col, k] = codes[np.uint32(min(value + np.float32(0.5), full))]

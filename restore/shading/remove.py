@@ -9,6 +9,7 @@ smooth surface only takes the rest.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import cv2
@@ -20,7 +21,7 @@ from restore.numerics.srgb import LINEAR
 from restore.scan import Bytes, Floats, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollows
-from restore.shading.divide import divided
+from restore.shading.divide import Division
 from restore.shading.estimate import DIMMEST, MIN_PAPER, CheckPlaces, Estimate, estimate_again, estimate_light
 from restore.shading.horizon_map import fill_nearest
 from restore.shading.paper import paper_candidates
@@ -47,10 +48,12 @@ class ShadingResult:
 
     image: (h, w, 3) uint8.
     report: JSON values.
+    light: what was removed; None where each of several pictures had its own.
     """
 
     image: Bytes
     report: dict[str, Any]
+    light: PageLight | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,16 +69,19 @@ class PageLight:
     gain: Field | None = None
     steps: Steps | None = None
 
-    def removed_from(self, image: Bytes, mask: Mask, dpi: float) -> ShadingResult:
+    def removed_from(self, image: Bytes, mask: Mask, dpi: float, top: int = 0) -> ShadingResult:
         """Return a page at `dpi` without this light.
 
         Pixels outside the mask do not change.
-        image: (h, w, 3) uint8.
+        image: (h, w, 3) uint8, its rows from `top` on.
         mask: (h, w).
         """
-        if self.gain is None or self.steps is None:
-            return ShadingResult(image, self.report)
-        return ShadingResult(divided(image, mask, LIGHT_DPI / dpi, self.gain, self.steps, MAX_GAIN), self.report)
+        even = image if self._division is None else self._division.divided(image, mask, LIGHT_DPI / dpi, top)
+        return ShadingResult(even, self.report, self)
+
+    @cached_property
+    def _division(self) -> Division | None:
+        return None if self.gain is None or self.steps is None else Division(self.gain, self.steps, MAX_GAIN)
 
 
 def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:

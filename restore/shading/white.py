@@ -31,10 +31,18 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB (IEC 61966-2-1)
 
 @dataclass(frozen=True, eq=False)
 class WhiteBalance:
-    """A balanced page: image (h, w, 3) uint8, and the report on it (JSON values)."""
+    """A balanced page: image (h, w, 3) uint8, and the report on it (JSON values).
+
+    codes: (256, 1, 3) uint8, what becomes of each code; None where it stays.
+    """
 
     image: Bytes
     report: dict[str, Any]
+    codes: Bytes | None = None
+
+    def balanced(self, image: Bytes, mask: Mask) -> Bytes:
+        """Return rows (h, w, 3) of the page at any resolution, balanced where masked."""
+        return image if self.codes is None else _recoded(image, mask, self.codes)
 
 
 def balance_on_paper(image: Bytes, mask: Mask, dpi: float) -> WhiteBalance:
@@ -55,17 +63,21 @@ def balance_on_paper(image: Bytes, mask: Mask, dpi: float) -> WhiteBalance:
     if not (RED_TO_GREEN[0] < red < RED_TO_GREEN[1] and BLUE_TO_GREEN[0] < blue < BLUE_TO_GREEN[1]):
         return _unchanged(image, "the ground of the page has a colour that no lamp gives white paper")
     gains = float(LUMINANCE @ white) / white
-    codes = np.stack([srgb_codes(LINEAR * np.float32(gain)) for gain in gains], axis=-1)
-    balanced = np.where(mask[..., None], cv2.LUT(image, codes[:, None]), image)
+    codes = np.stack([srgb_codes(LINEAR * np.float32(gain)) for gain in gains], axis=-1)[:, None]
     return WhiteBalance(
-        balanced,
+        _recoded(image, mask, codes),
         {
             "balanced": True,
             "paper": [int(code) for code in srgb_codes(white)],
             "paper_fraction": fraction,
             "gains": [float(gain) for gain in gains],
         },
+        codes,
     )
+
+
+def _recoded(image: Bytes, mask: Mask, codes: Bytes) -> Bytes:
+    return np.where(mask[..., None], cv2.LUT(image, codes), image)
 
 
 def _unchanged(image: Bytes, reason: str) -> WhiteBalance:

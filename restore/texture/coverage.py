@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from functools import cached_property
+from functools import cached_property, partial
 
 import cv2
 import numpy as np
@@ -21,6 +21,7 @@ from scipy.spatial import cKDTree
 
 from restore.findings import Finding
 from restore.page import FlatMesh
+from restore.runtime.rows import Rows
 from restore.runtime.threads import in_picture_bands
 from restore.scan import Bytes, Floats, Mask
 from restore.texture.occlusion import occluded
@@ -53,6 +54,7 @@ class CoverageClass(IntEnum):
     ERASED = 7  # on the page, and removed by hand
 
 
+UNSEEN = (CoverageClass.OUTSIDE, CoverageClass.OCCLUDED, CoverageClass.ERASED)
 VISIBLE = (CoverageClass.MEASURED, CoverageClass.INTERPOLATED, CoverageClass.OBSTRUCTED, CoverageClass.FACING)
 
 
@@ -125,8 +127,7 @@ def cover(
     if painting.covered is not None:
         seen[painting.covered & on_page] = CoverageClass.OBSTRUCTED
     if camera_centre is not None and fine.texcoords is not None and fine.texture is not None:
-        hidden = occluded(fine, camera_centre, on_page.shape, dpi)
-        hidden &= on_page
+        hidden = occluded(fine, camera_centre, on_page.shape, dpi)() & on_page
         # Pixels painted from a photograph need not be visible to the scanner's camera.
         seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = CoverageClass.OCCLUDED
     cut = None
@@ -141,8 +142,7 @@ def seen_part(painting: Painting, coverage: Coverage) -> Painting:
     In holes it ends, and has no source.
     """
     # Off the painted part, and in the holes that it encloses, the image is blank already.
-    blank = of_kinds(coverage.seen, (CoverageClass.OUTSIDE, CoverageClass.OCCLUDED, CoverageClass.ERASED))
-    blank &= painting.mask
+    blank = of_kinds(coverage.seen, UNSEEN) & painting.mask
     if not blank.any():
         return replace(painting, mask=coverage.mask)
     holes = painting.mask & (coverage.seen == CoverageClass.OUTSIDE)
@@ -150,9 +150,13 @@ def seen_part(painting: Painting, coverage: Coverage) -> Painting:
     image = image.copy()
     image[blank] = PAPER
     if holes.any():
-        source = source.without(holes)
+        source = replace(source, kept=None, draw=partial(_with_holes, source, holes))
         page_source = None if page_source is None else np.where(holes, np.uint8(NO_PICTURE), page_source)
     return replace(painting, image=image, mask=coverage.mask, source=source, page_source=page_source)
+
+
+def _with_holes(source: Rows, holes: Mask, rows: slice) -> NDArray[np.float32]:
+    return np.where(holes[rows][..., None], np.float32(np.nan), source.rows(rows))
 
 
 def with_erased(image: Bytes, painting: Painting, coverage: Coverage) -> Bytes | None:

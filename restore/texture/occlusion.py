@@ -17,7 +17,7 @@ from restore.mesh.measures import face_normals, signed_areas
 from restore.mesh.raster import rasterise
 from restore.numerics.limits import TINY
 from restore.page import FlatMesh
-from restore.runtime.threads import in_picture_bands
+from restore.runtime.rows import Rows
 from restore.scan import Floats, Ints, Mask
 from restore.texture.page import rasterise_on_page
 
@@ -77,10 +77,10 @@ def _is_chart(page: FlatMesh, texcoords: Floats, camera: Floats) -> bool:
     return bool(on_surface @ np.abs(as_flattened) < BY_FAR * (on_surface @ np.abs(as_seen)))
 
 
-def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi: float) -> Mask:
+def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi: float) -> Rows:
     """Return where the page is turned away, edge-on, or occluded by itself.
 
-    By a z-buffer. Returns (h, w) bool.
+    By a z-buffer. (h, w) bool.
     """
     assert fine.texcoords is not None and fine.texture is not None
     distance = np.linalg.norm(fine.vertices - camera_centre, axis=1)
@@ -93,18 +93,17 @@ def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi:
     corners = _corners_alone(fine) if turned_away.any() else None
     flags = np.repeat(turned_away.astype(np.float64)[:, None], 3, axis=0)
     values = np.column_stack([fine.texcoords, depth])
-    hidden = np.empty(shape[:2], bool)
 
-    def find(rows: slice) -> None:
+    def find(rows: slice) -> Mask:
         on_page = rasterise_on_page(fine, values, shape, dpi, rows)
         x, y = (np.ascontiguousarray(on_page[..., k]) for k in (0, 1))
         at = cv2.remap(front, x, y, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT, borderValue=float("inf"))
-        hidden[rows] = on_page[..., 2] - at > margin
+        hidden: Mask = on_page[..., 2] - at > margin
         if corners is not None:
-            hidden[rows] |= rasterise_on_page(corners, flags, shape, dpi, rows)[..., 0] > 0.5
+            hidden |= rasterise_on_page(corners, flags, shape, dpi, rows)[..., 0] > 0.5
+        return hidden
 
-    in_picture_bands(find, *hidden.shape)
-    return hidden
+    return Rows(shape[:2], bool, find)
 
 
 def _corners_alone(fine: FlatMesh) -> FlatMesh:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from math import ceil, floor, sqrt
 from typing import Any, cast
 
@@ -18,6 +16,7 @@ from restore.mesh.measures import signed_areas, vertex_normals
 from restore.mesh.raster import rasterise
 from restore.numerics.limits import TINY
 from restore.page import FlatMesh
+from restore.runtime.rows import Rows
 from restore.runtime.threads import in_picture_bands
 from restore.scan import Bytes, Floats, Ints, Mask
 from restore.texture.resolution import Resolution, print_or_outline_mtf50
@@ -27,53 +26,25 @@ MM_PER_INCH = 25.4
 PAPER = 255  # outside the page: white, as a copier leaves it
 OVERSAMPLING_TOLERANCE = 0.05  # a source finer than the page by so small a fraction is sampled once for each pixel
 LIGHT_DIRECTION = np.array([-0.4, 0.4, 0.825])  # a unit vector
-MAX_PIXELS = 400_000_000  # a larger page is an error in units or dpi
+MAX_PIXELS = 1_000_000_000  # a larger page is an error in units or dpi: 600 × 400 mm at 1,200 dpi has 536 million
 KEPT_PIXELS = 2**24  # of a page whose map is kept, 128 MB; that of a larger one is drawn again where it is needed
 
 PageMap = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
-class SourceMap:
-    """The texture pixel that each pixel of a page shows, NaN off the page.
-
-    shape  (h, w) of the page.
-    rows   gives (rows, w, 2) float32 of a slice of its rows.
-    """
-
-    shape: tuple[int, int]
-    rows: Callable[[slice], PageMap]
-
-    @classmethod
-    def of(cls, kept: PageMap) -> SourceMap:
-        """That of a map (h, w, 2) that is kept."""
-        return cls((kept.shape[0], kept.shape[1]), lambda rows: kept[rows])
-
-    def whole(self) -> PageMap:
-        """Return all of it, (h, w, 2)."""
-        return self.rows(slice(0, self.shape[0]))
-
-    def without(self, holes: Mask) -> SourceMap:
-        """The same with holes (h, w) in the page."""
-
-        def rows(of: slice) -> PageMap:
-            return np.where(holes[of][..., None], np.float32(np.nan), self.rows(of))
-
-        return replace(self, rows=rows)
-
-
-@dataclass(frozen=True, eq=False)
 class Painting:
     """A textured page.
 
-    Image (h, w, 3) uint8, mask (h, w), source of its pixels, and the source's resolution.
+    Image (h, w, 3) uint8, mask (h, w), and the source's resolution.
+    source: rows (h, w, 2) float32 of the texture pixel that each pixel shows, NaN off the page.
     page_source (h, w) uint8 is the index of the picture that these are pixels of. covered (h, w) is True where
     something covers the page in a photograph. Both are None with the texture alone.
     """
 
     image: Bytes
     mask: Mask
-    source: SourceMap
+    source: Rows
     resolution: Resolution
     page_source: Bytes | None = None
     covered: Mask | None = None
@@ -86,59 +57,79 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
     """
     if page.texture is None or page.texcoords is None:
         return _paint_relief(page, dpi)
-    image, mask, source, ppi = _paint_texture(page, dpi)
+    painter = Painter.of(page, dpi)
+    height, width = painter.shape
+    kept = np.empty((height, width, 2), np.float32) if height * width <= KEPT_PIXELS else None
+    image, mask = np.empty((height, width, 3), np.uint8), np.empty((height, width), bool)
+
+    def paint_band(rows: slice) -> None:
+        image[rows], source = painter.paint(rows)
+        mask[rows] = np.isfinite(source[..., 0])
+        if kept is not None:
+            kept[rows] = source
+
+    in_picture_bands(paint_band, height, width * painter.factor**2)
+    source = Rows((height, width, 2), np.float32, painter.source) if kept is None else Rows.of(kept)
     finer = float(page.provenance.get("oversampling", 1.0))  # than the picture that it was painted from
 
     def measured() -> float | None:
         mtf50 = texture_mtf50(page)
         return None if mtf50 is None else finer * mtf50
 
-    return Painting(image, mask, source, Resolution(ppi / finer, cast(Any, measured)))  # when it is read
+    return Painting(image, mask, source, Resolution(painter.ppi / finer, cast(Any, measured)))  # when it is read
 
 
-def _paint_texture(page: FlatMesh, dpi: float) -> tuple[Bytes, Mask, SourceMap, float]:
-    """Draw the texture on a flat page at `dpi`.
+@dataclass(frozen=True, eq=False)
+class Painter:
+    """Paints the texture on a flat page at `dpi`, some rows at a time.
 
-    Returns image, mask and source as in `Painting`, pixels per inch.
+    shape    (h, w) of the page, pixels.
+    ppi      texture pixels to the inch of paper.
+    factor   by which the sides of its pixels are divided: the texture is sampled once for each part of one.
+    texture  (H, W, 3) uint8, its colours continued past the sheet's edge.
     """
-    assert page.texture is not None and page.texcoords is not None
-    ppi = sampling_ppi(page.flat, page.faces, page.texcoords)
-    # A page coarser than its source is oversampled and block-averaged, so that no texture pixel is skipped.
-    factor = max(1, ceil(ppi / dpi - OVERSAMPLING_TOLERANCE))
-    width, height = picture_size(page.flat, dpi)
-    drawn = partial(_source_rows, page, dpi, factor)
-    kept = np.empty((height, width, 2), np.float32) if height * width <= KEPT_PIXELS else None
-    mixed = _mixed_edge_pixels(page)
-    texture = np.ascontiguousarray(extend_edge_colours(page.texture, page.texcoords, page.faces, mixed_pixels=mixed))
-    image, mask, middle = np.empty((height, width, 3), np.uint8), np.empty((height, width), bool), factor // 2
 
-    def paint_band(rows: slice) -> None:
-        fine_rows = slice(rows.start * factor, rows.stop * factor)
-        first, end = max(fine_rows.start - 1, 0), min(fine_rows.stop + 1, height * factor)
-        source = drawn(slice(first, end))
-        own = slice(fine_rows.start - first, fine_rows.stop - first)
-        painted, source = sample(texture, source, own), source[own]
-        image[rows] = painted if factor == 1 else _block_average(painted, factor)
-        source = source[middle::factor, middle::factor]
-        mask[rows] = np.isfinite(source[..., 0])
-        if kept is not None:
-            kept[rows] = source
+    page: FlatMesh
+    dpi: float
+    shape: tuple[int, int]
+    ppi: float
+    factor: int
+    texture: Bytes
 
-    in_picture_bands(paint_band, height, width * factor**2)
+    @classmethod
+    def of(cls, page: FlatMesh, dpi: float) -> Painter:
+        """Make the painter of a page with a texture.
 
-    def draw_again(rows: slice) -> PageMap:
-        return drawn(slice(rows.start * factor, rows.stop * factor))[middle::factor, middle::factor]
+        Raises BadInput when the page would be too large.
+        """
+        assert page.texture is not None and page.texcoords is not None
+        width, height = picture_size(page.flat, dpi)
+        # A page coarser than its source is oversampled and block-averaged, so that no texture pixel is skipped.
+        ppi = sampling_ppi(page.flat, page.faces, page.texcoords)
+        factor = max(1, ceil(ppi / dpi - OVERSAMPLING_TOLERANCE))
+        mixed = _mixed_edge_pixels(page)
+        texture = extend_edge_colours(page.texture, page.texcoords, page.faces, mixed_pixels=mixed)
+        return cls(page, dpi, (height, width), ppi, factor, np.ascontiguousarray(texture))
 
-    return image, mask, SourceMap((height, width), draw_again) if kept is None else SourceMap.of(kept), ppi
+    def paint(self, rows: slice) -> tuple[Bytes, PageMap]:
+        """Return some rows of the page (rows, w, 3), white off it, and their source (rows, w, 2)."""
+        factor, middle = self.factor, self.factor // 2
+        fine = slice(rows.start * factor, rows.stop * factor)
+        first, end = max(fine.start - 1, 0), min(fine.stop + 1, self.shape[0] * factor)
+        source = self._drawn(slice(first, end))
+        own = slice(fine.start - first, fine.stop - first)
+        painted, source = sample(self.texture, source, own), source[own]
+        return painted if factor == 1 else _block_average(painted, factor), source[middle::factor, middle::factor]
 
+    def source(self, rows: slice) -> PageMap:
+        """Return the texture pixels (rows, w, 2) that some rows of the page show."""
+        factor, middle = self.factor, self.factor // 2
+        return self._drawn(slice(rows.start * factor, rows.stop * factor))[middle::factor, middle::factor]
 
-def _source_rows(page: FlatMesh, dpi: float, factor: int, rows: slice) -> PageMap:
-    """Draw texture pixels (rows, w, 2) of a page with finer pixels.
-
-    factor: by which the sides of its pixels are divided.
-    """
-    assert page.texcoords is not None
-    return page_map(page.flat, page.faces, page.texcoords, dpi, oversampling=factor, rows=rows)
+    def _drawn(self, rows: slice) -> PageMap:
+        page = self.page
+        assert page.texcoords is not None
+        return page_map(page.flat, page.faces, page.texcoords, self.dpi, oversampling=self.factor, rows=rows)
 
 
 def texture_mtf50(page: FlatMesh) -> float | None:
@@ -253,7 +244,7 @@ def _paint_relief(page: FlatMesh, dpi: float) -> Painting:
     grey = page_map(page.flat, page.faces, PAPER * np.abs(normals @ LIGHT_DIRECTION)[:, None], dpi)
     image = np.where(np.isfinite(grey), grey, PAPER).astype(np.uint8).repeat(3, axis=2)
     no_source = np.full((*grey.shape[:2], 2), np.nan, np.float32)
-    return Painting(image, np.isfinite(grey[..., 0]), SourceMap.of(no_source), Resolution(0.0))
+    return Painting(image, np.isfinite(grey[..., 0]), Rows.of(no_source), Resolution(0.0))
 
 
 def _block_average(image: Bytes, factor: int) -> Bytes:

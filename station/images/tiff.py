@@ -7,26 +7,52 @@ from __future__ import annotations
 
 import io
 import json
-from typing import Any
+import zlib
+from collections.abc import Iterator
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restore import RestoredPage
+from restore.runtime import Rows, in_threads
 from restore.scan import Bytes
 from station.images.image_metadata import ImageMetadata, exif_time
 
 MAKE, MODEL, ORIENTATION, XMP = 271, 272, 274, 700  # of TIFF 6.0, section 8, and of XMP specification part 3, 2.1
 MAKERS = {"vivid": "Minolta"}  # of devices by how their names begin
 UPRIGHT = 1  # the first row is the top
+STRIP_BYTES = 2**18  # of a strip before it is compressed, as tifffile has them
+MAX_BYTES = 2**32 - 2**25  # of a TIFF that is not a BigTIFF, with room for its tags: tifffile's own limit
+AT_ONCE = 64  # strips that are compressed before any is written
 
 
 def encode_tiff(image: Bytes, dpi: float, metadata: ImageMetadata | None = None) -> bytes:
-    """Encode a page (h, w, 3) uint8 RGB as a TIFF file.
+    """Encode a page (h, w, 3) uint8 RGB as a TIFF file, as `write_tiff` writes it."""
+    out = io.BytesIO()
+    write_tiff(image, dpi, metadata, out)
+    return out.getvalue()
 
-    Losslessly compressed, one inch of paper being `dpi` pixels.
+
+def write_tiff(image: Bytes | Rows, dpi: float, metadata: ImageMetadata | None, file: BinaryIO) -> None:
+    """Write a page (h, w, 3) uint8 RGB to a TIFF file.
+
+    Losslessly compressed in strips of rows, a BigTIFF above 4 GB, one inch of paper being `dpi` pixels. One that is
+    drawn by rows is never in memory whole.
     """
-    return _encode(image, dpi, photometric="rgb", **({} if metadata is None else _tags(metadata)))
+    rows = image if isinstance(image, Rows) else Rows.of(image)
+    height, width = rows.shape[:2]
+    strip = max(1, min(STRIP_BYTES // (3 * width), height))
+    tags = {} if metadata is None else _tags(metadata)
+    known = {"shape": (height, width, 3), "dtype": np.uint8, "rowsperstrip": strip}
+    _write(file, _strips(rows, strip), dpi, photometric="rgb", bigtiff=3 * width * height > MAX_BYTES, **known, **tags)
+
+
+def _strips(picture: Rows, rows: int) -> Iterator[bytes]:
+    """Yield each strip of some rows, compressed in threads, AT_ONCE of them at a time."""
+    for top in range(0, picture.shape[0], AT_ONCE * rows):
+        some = np.ascontiguousarray(picture.rows(slice(top, min(top + AT_ONCE * rows, picture.shape[0]))))
+        yield from in_threads(zlib.compress, [some[start : start + rows].data for start in range(0, len(some), rows)])
 
 
 def _tags(metadata: ImageMetadata) -> dict[str, Any]:
@@ -67,9 +93,13 @@ def encode_uncertainty(uncertainty: NDArray[np.float32], dpi: float) -> bytes:
 
 
 def _encode(array: NDArray[Any], dpi: float, **tags: Any) -> bytes:
+    out = io.BytesIO()
+    _write(out, array, dpi, **tags)
+    return out.getvalue()
+
+
+def _write(file: BinaryIO, data: Any, dpi: float, **tags: Any) -> None:
     import tifffile
 
-    out = io.BytesIO()
     resolution = {"resolution": (dpi, dpi), "resolutionunit": "INCH"}
-    tifffile.imwrite(out, array, compression="zlib", planarconfig="contig", metadata=None, **resolution, **tags)
-    return out.getvalue()
+    tifffile.imwrite(file, data, compression="zlib", planarconfig="contig", metadata=None, **resolution, **tags)

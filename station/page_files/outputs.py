@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from restore import RangeScan, RestoredPage, SurfaceMesh
 from station.images.coverage import encode_coverage
 from station.images.image_metadata import ImageMetadata
-from station.images.png import encode_png
-from station.images.tiff import encode_map, encode_tiff, encode_uncertainty
+from station.images.png import encode_png, write_png
+from station.images.tiff import encode_map, encode_uncertainty, write_tiff
 from station.page_files.mesh import encode_flat, encode_material, encode_strain, encode_warped
 from station.page_files.model import encode_model
 from station.page_files.pdf import encode_pdf
@@ -18,6 +19,7 @@ from station.page_files.report import encode_report
 from station.pictures.frames import Frame, frames_sheet
 from station.pictures.review import review
 from station.pictures.strain import strain_picture
+from station.storage.disk import Contents
 
 if TYPE_CHECKING:
     from station.words.words import Words
@@ -68,7 +70,7 @@ class Output:
 
     kind: str
     suffix: str
-    encode: Callable[[Restoration], bytes]
+    encode: Callable[[Restoration], Contents]
     needs_colour: bool = False
 
 
@@ -86,9 +88,10 @@ def _texture(done: Restoration) -> bytes:
     return encode_png(done.page.flat.texture)
 
 
-def _uncropped(done: Restoration) -> bytes:
-    assert done.page.uncropped is not None
-    return encode_png(done.page.uncropped, done.page.dpi, done.master_metadata)
+def _written(write: Callable[..., None], name: str, done: Restoration) -> Contents:
+    """Return what writes a picture of the page, by its rows."""
+    metadata = done.metadata if name == "image" else done.master_metadata
+    return partial(write, done.page.by_rows(name), done.page.dpi, metadata)
 
 
 def _uncertainty(done: Restoration) -> bytes:
@@ -97,17 +100,12 @@ def _uncertainty(done: Restoration) -> bytes:
 
 
 OUTPUTS = (
-    Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi, done.metadata)),
-    Output(
-        "master",
-        "-master.png",
-        lambda done: encode_png(done.page.master, done.page.dpi, done.master_metadata),
-        needs_colour=True,
-    ),
-    Output("uncropped", "-uncropped.png", _uncropped, needs_colour=True),
+    Output("page", ".png", partial(_written, write_png, "image")),
+    Output("master", "-master.png", partial(_written, write_png, "master"), needs_colour=True),
+    Output("uncropped", "-uncropped.png", partial(_written, write_png, "uncropped"), needs_colour=True),
     Output("coverage", "-coverage.png", lambda done: encode_coverage(done.page.coverage, done.page.dpi)),
     Output("uncertainty", "-uncertainty.tif", _uncertainty),
-    Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi, done.metadata)),
+    Output("tiff", ".tif", partial(_written, write_tiff, "image")),
     Output("map", "-map.tif", lambda done: encode_map(done.page)),
     Output("mesh", "-flat.obj", lambda done: encode_flat(done.page.flat, f"{done.stem}-mesh.mtl")),
     Output("mesh", "-warped.obj", lambda done: encode_warped(done.page.flat, f"{done.stem}-mesh.mtl")),
@@ -134,7 +132,7 @@ def names(stem: str, kinds: frozenset[str], page: RestoredPage | None = None) ->
     return [stem + output.suffix for output in _wanted(kinds, page)]
 
 
-def encode_outputs(done: Restoration, kinds: frozenset[str]) -> Iterator[bytes]:
+def encode_outputs(done: Restoration, kinds: frozenset[str]) -> Iterator[Contents]:
     """The contents of the files of `names`, made one at a time."""
     return (output.encode(done) for output in _wanted(kinds, done.page))
 
@@ -143,5 +141,5 @@ def _wanted(kinds: frozenset[str], page: RestoredPage | None) -> list[Output]:
     wanted = [out for out in OUTPUTS if out.kind in kinds | ALWAYS]
     if page is None:
         return wanted
-    colour, missing = page.flat.texture is not None, {kind for kind in OPTIONAL if getattr(page, kind) is None}
+    colour, missing = page.flat.texture is not None, {kind for kind in OPTIONAL if not page.has(kind)}
     return [out for out in wanted if out.kind not in missing and (colour or not out.needs_colour)]

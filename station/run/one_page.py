@@ -48,6 +48,7 @@ from station.run.pieces import Selected, select_leaves, select_sheets
 from station.run.plausibility import check_plausible_page
 from station.run.scale import page_size_of, scaled_to
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured, refuse_existing, write_all
+from station.storage.disk import Contents
 from station.storage.folder_lock import FolderLock, recover
 from station.words.orientation import turned
 from station.words.words import check_language, find_tesseract, findings_of_words, recognise
@@ -288,7 +289,7 @@ def restore_scan(
     pages: list[Outcome] = []
     failures: list[tuple[Selected, RestoreError]] = []
 
-    def contents() -> Iterator[tuple[Path, bytes]]:
+    def contents() -> Iterator[tuple[Path, Contents]]:
         for sheet in sheets:
             try:
                 restoration = _restore_sheet(

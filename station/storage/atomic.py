@@ -12,7 +12,7 @@ from itertools import chain
 from pathlib import Path
 
 from station.errors import OverwriteError
-from station.storage.disk import named_as, sync_folder, sync_tree, write_file
+from station.storage.disk import Contents, named_as, sync_folder, sync_tree, write_file
 from station.storage.folder_lock import FolderLock, lock_folder
 from station.storage.journal import replace_files
 
@@ -22,7 +22,7 @@ FOLDER_HINT = "rename that folder, or choose another place"
 
 
 def write_all(
-    files: Iterable[tuple[Path, bytes]],
+    files: Iterable[tuple[Path, Contents]],
     *,
     force: bool = False,
     lock: FolderLock | None = None,
@@ -47,7 +47,7 @@ def write_all(
 
 
 def _write_all(
-    files: Iterable[tuple[Path, bytes]], lock: FolderLock, force: bool, superseded: Iterable[Path]
+    files: Iterable[tuple[Path, Contents]], lock: FolderLock, force: bool, superseded: Iterable[Path]
 ) -> list[Path]:
     lock.new.mkdir(exist_ok=True)
     paths = []

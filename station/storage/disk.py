@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import chain, count
 from pathlib import Path
@@ -11,8 +11,10 @@ from typing import BinaryIO
 
 CHUNK_BYTES = 2**20  # read at a time: a file may be larger than the memory
 
+Contents = bytes | Callable[[BinaryIO], None]  # of a file, or what writes them to it, part by part
 
-def write_file(path: Path, data: bytes) -> None:
+
+def write_file(path: Path, data: Contents) -> None:
     """Write a new file and flush it to the disk. Raises OSError that names it."""
     with add_path_to_errors(path), path.open("wb") as file:
         write_and_sync(file, data)
@@ -34,9 +36,12 @@ def _chunks(path: Path) -> Iterator[bytes]:
             yield chunk
 
 
-def write_and_sync(file: BinaryIO, data: bytes) -> None:
+def write_and_sync(file: BinaryIO, data: Contents) -> None:
     """Write all data and flush it to the disk."""
-    file.write(data)
+    if callable(data):
+        data(file)
+    else:
+        file.write(data)
     file.flush()
     os.fsync(file.fileno())
 

@@ -13,8 +13,9 @@ from restore.prepared.facet_sheet import FacetSheet
 from restore.prepared.plain_mesh import PlainMesh
 from restore.prepared.prepared import Unrolled
 from restore.report import NOT_DEVELOPABLE, describe, findings_of_page
+from restore.runtime.rows import Rows
 from restore.settings import Settings
-from restore.texture.page import Painting, SourceMap
+from restore.texture.page import Painting
 from restore.texture.resolution import Resolution
 
 SINGLE = 1e-6  # relative
@@ -43,9 +44,7 @@ def page():
 def described(fine, *, surface=None, settings=None, distance=None):
     coarse = replace(fine, vertices=fine.vertices[:50], flat=fine.flat[:50])
     image = np.zeros((4, 5, 3), np.uint8)
-    painting = Painting(
-        image, image[..., 0] == 0, SourceMap.of(np.zeros((4, 5, 2), np.float32)), Resolution(141.5, 0.25)
-    )
+    painting = Painting(image, image[..., 0] == 0, Rows.of(np.zeros((4, 5, 2), np.float32)), Resolution(141.5, 0.25))
     prepared = PlainMesh(fine) if surface is None else FacetSheet(surface)
     report = describe(
         prepared, Unrolled(coarse, fine, np.empty((0, 2)), distance or {}), painting, settings or Settings()

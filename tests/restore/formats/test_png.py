@@ -12,6 +12,7 @@ from PIL import Image, PngImagePlugin
 from restore.formats import png
 from restore.formats.png import png_parts
 from restore.runtime import threads
+from restore.runtime.rows import Rows
 
 
 def picture(height: int, width: int) -> np.ndarray:
@@ -58,3 +59,18 @@ def test_chunks_are_those_that_pillow_writes():
     with Image.open(io.BytesIO(file)) as read:
         assert read.info["dpi"] == pytest.approx((300, 300), abs=0.02)
         assert (read.info["icc_profile"], read.info["name"]) == (b"profile", "värde")
+
+
+@pytest.mark.parametrize("height", [1, 40])
+def test_a_picture_that_is_drawn_by_rows_gives_the_same_file_and_is_never_whole(height, monkeypatch):
+    monkeypatch.setattr(png, "BAND_PIXELS", 66)
+    monkeypatch.setattr(png, "AT_ONCE", 3)
+    drawn, asked = picture(height, 33), []
+
+    def rows(some: slice) -> np.ndarray:
+        asked.append(some.stop - some.start)
+        return drawn[some]
+
+    assert b"".join(png_parts(Rows(drawn.shape, np.uint8, rows))) == b"".join(png_parts(drawn))
+    assert max(asked) <= 6
+    assert sum(asked) == height

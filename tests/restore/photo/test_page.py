@@ -64,9 +64,9 @@ def test_every_pixel_comes_from_where_its_map_says(text, painted, plain):
     np.testing.assert_array_equal(painting.page_source == NOWHERE, ~painting.mask)
     # The scanner's pixel of the same place, its exact surface point, and that through the exact camera.
     rows, cols = np.nonzero(from_photo & plain.mask)
-    at = plain.source.whole()[rows, cols][:, ::-1].T
+    at = plain.source()[rows, cols][:, ::-1].T
     points = np.stack([map_coordinates(text.truth.points[..., k], at, order=1) for k in range(3)], axis=1)
-    off = np.linalg.norm(text.camera().project(points) - painting.source.whole()[rows, cols], axis=1)
+    off = np.linalg.norm(text.camera().project(points) - painting.source()[rows, cols], axis=1)
     assert np.sqrt(np.nanmean(off**2)) < LIMIT_PX
 
 
@@ -168,7 +168,7 @@ def test_what_covers_the_page_in_one_photograph_is_painted_from_the_other(text, 
     image, hidden = thumbed
     outcome = register_photographs(text.page, [image, text.photograph("from the left")])
     painting, _ = paint_registered(text.page, outcome, DPI)
-    assert painted_from(painting.source.whole(), painting.page_source, 1, hidden) == 0
+    assert painted_from(painting.source(), painting.page_source, 1, hidden) == 0
     assert (painting.page_source[painting.covered] == 2).mean() > 0.9
 
 

@@ -80,3 +80,13 @@ def test_threads_are_those_given_or_as_many_as_the_processors(monkeypatch, given
         assert thread_count() == expected
     finally:
         thread_count.cache_clear()
+
+
+def test_work_in_threads_begins_no_further_threads():
+    names: set[str] = set()
+
+    def outer(_part: int) -> None:
+        in_threads(lambda _: names.add(threading.current_thread().name), range(8), 3)
+
+    in_threads(outer, range(4), thread_count() + 1)
+    assert len(names) <= thread_count() + 1

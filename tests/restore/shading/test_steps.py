@@ -5,7 +5,7 @@ import pytest
 from scipy.special import ndtr
 
 from restore.numerics.srgb import LINEAR, srgb_codes
-from restore.shading.divide import divided
+from restore.shading.divide import Division
 from restore.shading.steps import DISPLACED, WIDTH, find_steps, place_steps
 
 SHAPE = (160, 200)
@@ -100,7 +100,7 @@ def test_a_page_of_more_pixels_than_cells_is_even_across_a_crease(way):
     fine = tuple(PIXELS * side for side in SHAPE)
     lit = drawn(distance_from(way, fine, PIXELS))
     image = three(np.asarray(srgb_codes(lit * 0.8)))
-    page = divided(image, np.ones(fine, bool), 1 / PIXELS, 1 / steps.sharp, steps, MOST)
+    page = Division(1 / steps.sharp, steps, MOST).divided(image, np.ones(fine, bool), 1 / PIXELS)
     paper = int(srgb_codes(np.array([0.8]))[0])
     middle = np.s_[fine[0] // 4 : -fine[0] // 4, fine[1] // 4 : -fine[1] // 4]
     assert np.abs(page[middle].astype(int) - paper).mean() < CODE

@@ -49,7 +49,7 @@ def test_the_identity_map_returns_the_texture_bit_for_bit(shape):
     np.testing.assert_array_equal(painting.image, image)
     assert painting.mask.all()
     rows, cols = np.indices(shape)
-    np.testing.assert_allclose(painting.source.whole(), np.dstack([cols, rows]), atol=POSITION_PX)
+    np.testing.assert_allclose(painting.source(), np.dstack([cols, rows]), atol=POSITION_PX)
     assert painting.resolution.sampling_ppi == pytest.approx(DPI)
 
 
@@ -80,7 +80,7 @@ def test_the_picture_ends_with_the_last_pixels_on_the_page(width_mm, height_mm, 
 def test_a_coarse_page_of_any_size_has_a_mask_of_its_own_size(width):
     for dpi in (DPI / 2, DPI / 3.4, DPI / 1.3):
         painting = paint_page(page_of(texture(61, width)), dpi)
-        assert painting.mask.shape == painting.source.whole().shape[:2] == painting.image.shape[:2]
+        assert painting.mask.shape == painting.source().shape[:2] == painting.image.shape[:2]
 
 
 def test_a_page_coarser_than_its_texture_is_the_mean_of_its_pixels():
@@ -89,9 +89,9 @@ def test_a_page_coarser_than_its_texture_is_the_mean_of_its_pixels():
         painting = paint_page(page_of(image), DPI / factor)
         blocks = image.reshape(60 // factor, factor, 90 // factor, factor, 3).mean(axis=(1, 3))
         assert np.abs(painting.image - blocks).max() <= ROUNDED
-        assert painting.mask.shape == painting.source.whole().shape[:2] == painting.image.shape[:2]
+        assert painting.mask.shape == painting.source().shape[:2] == painting.image.shape[:2]
         of_its_block = factor * np.array([7, 5]) + factor // 2
-        np.testing.assert_allclose(painting.source.whole()[5, 7], of_its_block, atol=POSITION_PX)
+        np.testing.assert_allclose(painting.source()[5, 7], of_its_block, atol=POSITION_PX)
         assert painting.resolution.sampling_ppi == pytest.approx(DPI)
 
 
@@ -120,7 +120,7 @@ def test_off_the_page_the_picture_is_white_and_unmasked():
     np.testing.assert_array_equal(painting.image[~painting.mask], PAPER)
     whole = binary_erosion(painting.mask)
     np.testing.assert_array_equal(painting.image[whole], image[whole])
-    assert np.isnan(painting.source.whole()[~painting.mask]).all()
+    assert np.isnan(painting.source()[~painting.mask]).all()
 
 
 def test_the_edge_pixels_of_the_sheet_are_not_mixed_with_the_table():
@@ -154,7 +154,7 @@ def test_a_page_without_texture_shows_its_relief(without):
     painting = paint_page(page, DPI)
     assert painting.image.shape == (40, 60, 3)
     assert painting.resolution.resolved_ppi == 0.0
-    assert np.isnan(painting.source.whole()).all()
+    assert np.isnan(painting.source()).all()
     assert painting.mask.all()
     np.testing.assert_array_equal(painting.image[..., 0], painting.image[..., 2])
     slope = np.arctan(0.5)

@@ -19,6 +19,7 @@ from station.images.tiff import encode_map, encode_tiff, encode_uncertainty
 from station.page_files import outputs
 from station.page_files.mesh import encode_flat, encode_warped
 from station.page_files.report import INTEGRITY, encode_report, finite, summary
+from station.storage.disk import write_file
 
 HALF_PIXEL_PER_METRE = 0.5 * 0.0254  # pHYs counts whole pixels a metre
 OBJ_DIGITS_MM = 0.5e-6
@@ -114,11 +115,12 @@ def test_obj_texture_coordinates_run_from_edge_to_edge(page):
 
 
 def test_obj_reads_back_as_the_library_reads_scans(page, scan, tmp_path):
-    from restore.formats import load_scan
+    from restore.formats import load_scan, read_image
 
     done = outputs.Restoration("page", page, scan, (), {})
     for name, data in zip(outputs.names("page", {"mesh"}), outputs.encode_outputs(done, {"mesh"}), strict=True):
-        (tmp_path / name).write_bytes(data)
+        write_file(tmp_path / name, data)
+    np.testing.assert_array_equal(read_image(tmp_path / "page.png"), page.image)
     mesh = load_scan(tmp_path / "page-flat.obj")
     assert isinstance(mesh, SurfaceMesh)
     np.testing.assert_array_equal(mesh.texture, page.flat.texture)

@@ -1,0 +1,123 @@
+"""A page of more pixels than are kept in memory: drawn by rows, wherever they are needed.
+
+What needs the whole page is found on an overview of it: its findings, the holes that it encloses, its light, the colour
+of its paper. Pixels then follow from that, the mesh and the picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.page import FlatMesh
+from restore.prepared.prepared import KindsOfRows, Prepared
+from restore.runtime.rows import Rows
+from restore.scan import Bytes, Mask
+from restore.settings import Settings
+from restore.texture.coverage import UNSEEN, VISIBLE, Coverage, CoverageClass, of_kinds
+from restore.texture.occlusion import occluded
+from restore.texture.page import KEPT_PIXELS, PAPER, Painter, picture_size
+
+OVERVIEW_DPI = 150.0  # of the overview: that of a page by default, two and a half pixels to a sample of the range grid
+
+# Rows (rows, w, 3) uint8 as painted, where they are seen (rows, w), and the first of them → in another light.
+Relit = Callable[[Bytes, Mask, int], Bytes]
+
+
+def is_large(fine: FlatMesh, settings: Settings) -> bool:
+    """Return whether a page with a texture is drawn by rows.
+
+    One that is inpainted needs all of its pixels at once. Raises BadInput when the page would be too large.
+    """
+    width, height = picture_size(fine.flat, settings.dpi)
+    small = width * height <= KEPT_PIXELS or settings.dpi <= OVERVIEW_DPI
+    return not small and fine.texture is not None and not settings.inpaint_mm
+
+
+@dataclass(frozen=True, eq=False)
+class LargePage:
+    """The pictures of such a page.
+
+    kinds     how the shape of rows is known.
+    hidden    (h, w) where the camera does not see it; None where the texture is not one camera's picture.
+    overview  its coverage at OVERVIEW_DPI.
+    relit     removes the light.
+    """
+
+    painter: Painter
+    kinds: KindsOfRows
+    hidden: Rows | None
+    overview: Coverage
+    relit: Relit
+
+    @classmethod
+    def of(cls, prepared: Prepared, fine: FlatMesh, dpi: float, overview: Coverage, relit: Relit) -> LargePage:
+        """Make the pictures of a prepared page at `dpi`."""
+        painter, centre = Painter.of(fine, dpi), prepared.camera_centre(fine)
+        hidden = None if centre is None else occluded(fine, centre, painter.shape, dpi)
+        return cls(painter, prepared.kinds_by_rows(fine, dpi), hidden, overview, relit)
+
+    def pictures(self) -> dict[str, Rows]:
+        """Return the fields of a `RestoredPage` that are arrays over its pixels."""
+        fields: dict[str, tuple[Callable[[slice], NDArray[Any]], Any, tuple[int, ...]]] = {
+            "image": (self._relit, np.uint8, (3,)),
+            "master": (lambda rows: self._painted(rows, UNSEEN)[0], np.uint8, (3,)),
+            "mask": (lambda rows: of_kinds(self._seen(rows), VISIBLE), bool, ()),
+            "coverage": (self._seen, np.uint8, ()),
+            "page_map": (self._map, np.float32, (2,)),
+        }
+        if (self.overview.seen == CoverageClass.ERASED).any():
+            blank = tuple(kind for kind in UNSEEN if kind != CoverageClass.ERASED)
+            fields["uncropped"] = (lambda rows: self._painted(rows, blank)[0], np.uint8, (3,))
+        return {name: Rows((*self.painter.shape, *rest), kind, draw) for name, (draw, kind, rest) in fields.items()}
+
+    def _painted(self, rows: slice, blank: Sequence[CoverageClass]) -> tuple[Bytes, Bytes]:
+        """Return rows (rows, w, 3) of the page, blank where they are of some kinds.
+
+        Returns also their kinds (rows, w).
+        """
+        image, source = self.painter.paint(rows)
+        kinds = self._kinds(rows, np.isfinite(source[..., 0]))
+        image[of_kinds(kinds, blank)] = PAPER
+        return image, kinds
+
+    def _relit(self, rows: slice) -> Bytes:
+        """Return rows (rows, w, 3) of the page without its light."""
+        image, kinds = self._painted(rows, UNSEEN)
+        return self.relit(image, of_kinds(kinds, VISIBLE), rows.start)
+
+    def _kinds(self, rows: slice, page: Mask) -> Bytes:
+        """Return the kinds (rows, w) of the pixels that are on the page."""
+        kinds = self.kinds(page, rows.start)
+        if self.hidden is not None:
+            kinds[self.hidden.rows(rows) & (kinds != CoverageClass.OUTSIDE)] = CoverageClass.OCCLUDED
+        return kinds
+
+    def _seen(self, rows: slice) -> Bytes:
+        """Return the coverage (rows, w)."""
+        page = np.isfinite(self.painter.source(rows)[..., 0])
+        kinds = self._kinds(rows, page)
+        if self._gaps is not None:
+            height, width = self.painter.shape
+            at = (np.arange(rows.start, rows.stop) * len(self._gaps)) // height
+            across = (np.arange(width) * self._gaps.shape[1]) // width
+            kinds[self._gaps[np.ix_(at, across)] & ~page] = CoverageClass.OCCLUDED
+        return kinds
+
+    def _map(self, rows: slice) -> NDArray[np.float32]:
+        source = self.painter.source(rows)
+        kinds = self.kinds(np.isfinite(source[..., 0]), rows.start)
+        source[kinds == CoverageClass.OUTSIDE] = np.nan
+        return source
+
+    @cached_property
+    def _gaps(self) -> Mask | None:
+        """The holes that the page encloses, on the overview, with a pixel more for their rims."""
+        gaps = self.overview.gaps
+        return None if gaps is None else cv2.dilate(gaps.view(np.uint8), np.ones((3, 3), np.uint8)).view(bool)
