@@ -28,11 +28,13 @@ class ColouredTable(NamedTuple):
     samples: (rows, cols), True on it.
     plane: its plane, with a tolerance for its own unevenness: cloth lies in wrinkles.
     brighter: whether the paper on it is brighter.
+    alike: (rows, cols), True off its plane where something has its colour, as a corner that is bowed more.
     """
 
     samples: Mask
     plane: TablePlane
     brighter: bool
+    alike: Mask
 
 
 def table_by_colour(colour: Floats, plane: TablePlane, band: Mask, own: Mask) -> ColouredTable | None:
@@ -54,7 +56,9 @@ def table_by_colour(colour: Floats, plane: TablePlane, band: Mask, own: Mask) ->
     if np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE or not is_sheet(rest, plane.measured):
         return None
     table |= _blurred_edge(table, on_plane, colour, centre, paper)
-    return ColouredTable(table, plane, bool(paper[0] > centre[0]))
+    alike = plane.measured & ~table
+    alike[alike] = _of_colour(colour[alike], centre, sigma)
+    return ColouredTable(table, plane, bool(paper[0] > centre[0]), alike)
 
 
 def _with_middle(plane: TablePlane, colour: Floats, centre: Floats, sigma: Floats) -> TablePlane:

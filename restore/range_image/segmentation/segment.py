@@ -17,7 +17,7 @@ from restore.findings import NOTABLE, Finding
 from restore.numerics.robust import MAJORITY
 from restore.range_image.gaps import gaps_of_rows
 from restore.range_image.segmentation.outline import frame_of
-from restore.range_image.segmentation.table import find_table
+from restore.range_image.segmentation.table import Table, find_table
 from restore.scan import Floats, Ints, Mask, RangeScan, with_findings
 
 MIN_SHARE = 0.02  # of the grid: a smaller piece is not a page
@@ -85,16 +85,20 @@ def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
     Raises NotEnoughSurface when no connected surface is large enough to be a page.
     """
     scan, table = _find_table(scan)
-    samples = scan.measured & ~table
-    sheet = replace(largest_surface(scan, rays, samples), table=table)
+    samples = scan.measured & ~table.samples
+    sheet = replace(largest_surface(scan, rays, samples), table=table.samples)
     if len(sheet.scan.findings) > len(scan.findings):  # it names others already
         return sheet
-    return replace(sheet, scan=with_findings(sheet.scan, *_unconnected(samples, [sheet])))
+    return replace(sheet, scan=with_findings(sheet.scan, *_unconnected(samples, table, [sheet])))
 
 
-def _unconnected(samples: Mask, sheets: Sequence[SegmentedScan]) -> list[Finding]:
-    """Return a finding where samples (rows, cols) connect to no sheet."""
+def _unconnected(samples: Mask, table: Table, sheets: Sequence[SegmentedScan]) -> list[Finding]:
+    """Return a finding where samples (rows, cols) connect to no sheet.
+
+    Those of the table's colour do not count.
+    """
     rest = samples & ~np.any([sheet.inside for sheet in sheets], axis=0)
+    rest = rest if table.alike is None else rest & ~table.alike
     fraction = float(rest.sum() / sum(sheet.samples.sum() for sheet in sheets))
     return [Finding.of("unconnected", fraction)] if fraction > NOTABLE else []
 
@@ -127,12 +131,12 @@ def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
     Connected, off the table and large enough.
     """
     scan, table = _find_table(scan)
-    samples = scan.measured & ~table
+    samples = scan.measured & ~table.samples
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
     large = np.flatnonzero(sizes >= MIN_SHARE * labels.size)
-    pieces = [replace(_labelled(scan, rays, samples, labels == label), table=table) for label in large]
+    pieces = [replace(_labelled(scan, rays, samples, labels == label), table=table.samples) for label in large]
     pieces = [piece for piece in pieces if piece.fraction >= MIN_SHARE]
-    said = _unconnected(samples, pieces) if pieces else []
+    said = _unconnected(samples, table, pieces) if pieces else []
     return [replace(piece, scan=with_findings(piece.scan, *said)) for piece in pieces]
 
 
@@ -144,14 +148,11 @@ def _labelled(scan: RangeScan, rays: Rays, samples: Mask, surface: Mask) -> Segm
     return segment(scan, rays, surface & samples, lost=surface & ~samples)
 
 
-def _find_table(scan: RangeScan) -> tuple[RangeScan, Mask]:
-    """Return the scanner's image with warnings about its table.
-
-    Returns also the samples (rows, cols) on the table.
-    """
-    table, touching = find_table(scan, inverse_depths(scan), scan.measured)
-    if touching > MAX_TOUCHING:
-        scan = with_findings(scan, Finding.of("unseen_edge", touching))
+def _find_table(scan: RangeScan) -> tuple[RangeScan, Table]:
+    """Return the scanner's image with warnings about its table, and the table."""
+    table = find_table(scan, inverse_depths(scan), scan.measured)
+    if table.touching > MAX_TOUCHING:
+        scan = with_findings(scan, Finding.of("unseen_edge", table.touching))
     return scan, table
 
 

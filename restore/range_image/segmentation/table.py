@@ -32,10 +32,12 @@ class Table(NamedTuple):
 
     samples: (rows, cols), True on it. False everywhere when no table is detected.
     touching: fraction of the page's outline that touches a table of its own colour, where its edge is not seen.
+    alike: (rows, cols), True off its plane where something has its colour; None for a table without one of its own.
     """
 
     samples: Mask
     touching: float = 0.0
+    alike: Mask | None = None
 
 
 def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed: bool = True) -> Table:
@@ -71,7 +73,7 @@ def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask)
     """
     coloured = None if colour is None else table_by_colour(colour, plane, band, own)
     if coloured is not None and _tells(coloured):
-        return Table(coloured.samples)
+        return Table(coloured.samples, alike=coloured.alike)
     samples = table_by_depth(plane)
     if samples is None:
         return None
@@ -87,7 +89,7 @@ def _tells(coloured: ColouredTable) -> bool:
     It lies flat or ends in the picture on all sides; but what is darker may be a figure, and the "table" the page: then
     it has the thickness of paper at least, or stands clear.
     """
-    table, plane, brighter = coloured
+    table, plane, brighter, _ = coloured
     page = page_on(table, plane)
     flat = lies_on(plane, plane.measured & ~table)
     if brighter and (flat or is_enclosed(page, plane.measured)):

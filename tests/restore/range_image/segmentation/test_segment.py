@@ -299,6 +299,20 @@ def test_what_lies_beyond_a_strip_that_was_not_measured_is_said_to_be_left_out(c
         assert not sheet.inside[-rows:].any()
 
 
+@pytest.mark.parametrize(("colour", "codes"), [(TABLES["dark"], []), (PAPER, ["unconnected"])])
+def test_a_corner_of_the_table_that_bends_away_is_not_called_a_part_of_the_page(camera, colour, codes):
+    """As the table of a body that is read by the manual's figures; paper there would be one."""
+    area = sheet_area(camera)
+    scan = scene(camera, area, camera.plane(), "dark")
+    rows, cols = camera.indices
+    corner = (rows < 14) & (cols < 20)
+    points = np.where(corner[..., None], 0.98 * scan.points, scan.points)
+    texture = np.where(corner[..., None], np.array(colour, np.uint8), scan.texture)
+    sheet = find_sheet(replace(scan, points=points, texture=texture), camera.rays)
+    assert [one.code for one in sheet.scan.findings] == codes
+    assert not (sheet.inside & corner).any()
+
+
 @pytest.mark.parametrize(("rows", "cols", "share"), [((40, 120), (50, 150), 0.0), ((40, 160), (0, 100), 219 / 436)])
 def test_how_much_of_the_border_is_at_the_edge_of_the_picture(camera, rows, cols, share):
     """Which is where the samples end: the scanner gives none in its last rows and columns."""
