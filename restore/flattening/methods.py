@@ -8,12 +8,7 @@ import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
 from restore.flattening.conformal import flatten_conformal
-from restore.flattening.isometric.page import (
-    flatten_by_least_squares,
-    flatten_isometric,
-    flatten_least_distorted,
-    stretched,
-)
+from restore.flattening.isometric.page import flatten_by_least_squares, flatten_isometric, stretched
 from restore.flattening.isometric.two_lengths import with_surface_lengths
 from restore.flattening.joints import flatten_parts
 from restore.flattening.layout import arrange_pieces
@@ -57,8 +52,7 @@ def flatten_with_lengths(
     Raises BadInput for an unknown method, a mesh that is damaged, one-sided or a closed band, or lengths that are not
     one for each edge, NotEnoughSurface for a mesh without area or without a border.
     """
-    mesh = _flattenable(mesh, method)
-    return _not_overstrained(mesh, flatten_with(mesh, METHODS[method], lengths, on_step), method, on_step)
+    return flatten_with(_flattenable(mesh, method), METHODS[method], lengths, on_step)
 
 
 def flatten_points(mesh: SurfaceMesh, method: str = DEFAULT, *, on_step: OnStep | None = None) -> FlatMesh:
@@ -72,7 +66,8 @@ def flatten_points(mesh: SurfaceMesh, method: str = DEFAULT, *, on_step: OnStep 
         return flatten_with(mesh, METHODS[method], surface_lengths(mesh.vertices, mesh.topology), on_step)
     straight, along = straight_and_along(mesh.vertices, mesh.topology)
     page = with_surface_lengths(flatten_with(mesh, flatten_by_least_squares, straight, on_step), mesh, along)
-    return _not_overstrained(mesh, page, method, on_step)
+    strained = stretched(page.flat, mesh.topology.edges, page.lengths)
+    return flatten_with(mesh, flatten_isometric, page.lengths, on_step) if strained else page
 
 
 def _flattenable(mesh: SurfaceMesh, method: str) -> ValidMesh:
@@ -81,15 +76,6 @@ def _flattenable(mesh: SurfaceMesh, method: str) -> ValidMesh:
     mesh = validated(mesh)
     refuse_unflattenable(mesh.vertices, mesh.topology)
     return mesh
-
-
-def _not_overstrained(mesh: ValidMesh, page: FlatMesh, method: str, on_step: OnStep | None) -> FlatMesh:
-    """Return the page, or the least distorted one where paper would tear.
-
-    That is where the default method strains the page more than paper can be.
-    """
-    strained = method == DEFAULT and stretched(page.flat, mesh.topology.edges, page.lengths)
-    return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step) if strained else page
 
 
 def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnStep | None) -> FlatMesh:

@@ -33,13 +33,16 @@ CAP = 0.1  # of the strain of an edge that counts there: a few edges, of slivers
 def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """Flatten a connected sheet by the default method.
 
-    The global start counts as an iteration.
+    The global start counts as an iteration. A disc that would be strained by more than MAX_STRAIN becomes the least
+    distorted page instead.
     follow: called as follow(step, positions (n, 3) mm) with the page of least squares and with the result.
     Returns flat positions (n, 2) mm with their convergence.
     """
     found, signs = _least_squares(posed, network, follow)
     again = least_absolute_strain(found, network)
     again = again._replace(flat=repaired(again.flat, network, signs))
+    if network.topology.is_disc and stretched(again.flat, network.edges, network.lengths):
+        again = least_distorted_page(posed.positions, network)
     if follow:
         follow(2, np.column_stack([again.flat, np.zeros(len(again.flat))]))
     return again
@@ -100,16 +103,6 @@ def _other_starts(posed: PosedSheet, network: Network) -> Iterator[Floats]:
     yield posed.positions[:, :2]
     with suppress(BadInput):  # parts that hang together by single points, or faces without an area
         yield flatten_conformal(posed, network).flat
-
-
-def flatten_least_distorted(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
-    """Flatten as `flatten_isometric`, or with least distortion.
-
-    A disc that is strained by more than MAX_STRAIN becomes the least distorted page.
-    """
-    found = flatten_isometric(posed, network, follow)
-    strained = stretched(found.flat, network.edges, network.lengths) and network.topology.is_disc
-    return least_distorted_page(posed.positions, network) if strained else found
 
 
 def stretched(flat: Floats, edges: Ints, lengths: Floats) -> bool:
