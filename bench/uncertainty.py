@@ -36,9 +36,11 @@ from drivers.vivid900.geometry.triangulation import points_of
 from oracles.hidden_body import HIDDEN_BODY
 from oracles.markers import rigid_residual
 from restore import RangeScan, RestoreError, Settings, restore
+from restore.outline.rectangle import page_size
 from restore.prepared.prepare import prepare
 from restore.scan import Floats
-from restore.texture.page import MM_PER_INCH, page_map
+from restore.texture.page import MM_PER_INCH, page_map, sampling_ppi
+from restore.uncertainty.calibration import edge_error
 from restore.uncertainty.estimate import PITCH_MM, Uncertainty, estimate_uncertainty
 from station.cli import main as planish
 
@@ -110,7 +112,10 @@ def compared(scan: RangeScan, flat: Floats) -> dict[str, Any]:
     if isinstance(stated, str):
         raise TypeError(stated)
     errors, known = exact_errors(page.fine, scan, flat)
-    return {**figures(stated, errors, known), "seconds": seconds}
+    size_off = np.subtract(page_size(page.fine.flat[page.fine.topology.border]), PAGE_MM)
+    edges = edge_error(sampling_ppi(page.fine.flat, page.fine.faces, page.fine.texcoords))
+    size = {"size_off": size_off.tolist(), "size_stated": np.hypot(stated.sides, edges).tolist()}
+    return {**figures(stated, errors, known), **size, "seconds": seconds}
 
 
 def exact_errors(fine: Any, scan: RangeScan, flat: Floats) -> tuple[Floats, Floats]:
@@ -155,6 +160,7 @@ def summary(pages: Sequence[Mapping[str, Any]]) -> list[str]:
     pooled = np.average([page["within"] for page in pages], axis=0, weights=[page["places"] for page in pages])
     alone = np.average([page["noise_alone"] for page in pages], axis=0, weights=[page["places"] for page in pages])
     least = min(page["within"][1] for page in pages)
+    sizes = np.abs([np.divide(page["size_off"], page["size_stated"]) for page in pages])
     by_mode = {mode: max((page["seconds"] for page in pages if page["mode"] == mode), default=np.nan) for mode in MODES}
     return [
         f"{len(pages)} pages, refused {refused}; within 1, 2, 3 standard deviations: {pooled.round(3).tolist()} "
@@ -163,7 +169,8 @@ def summary(pages: Sequence[Mapping[str, Any]]) -> list[str]:
         f"borders {min(p['border'] for p in pages):.3f}, in the mean {np.mean([p['border'] for p in pages]):.3f}",
         f"stated over actual rms: {ratio.min():.2f} to {ratio.max():.2f}, median {np.median(ratio):.2f}; rank over "
         f"pages {rank:.3f}, within a page {np.median([p['rank'] for p in pages]):.2f} in the median",
-        f"processor time, most: {by_mode}",
+        f"sizes within 2 standard deviations: {(sizes < 2.0).mean():.3f}, off by {np.median(sizes):.2f} of one in the "
+        f"median; processor time, most: {by_mode}",
     ]
 
 

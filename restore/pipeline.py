@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
+from math import hypot
 from typing import Any, NamedTuple
 
 from restore.findings import Finding
@@ -37,7 +38,7 @@ from restore.texture.coverage import Coverage, cover, hole_findings, seen_part, 
 from restore.texture.inpaint import blank_hidden, inpaint_hidden
 from restore.texture.occlusion import mirror_findings
 from restore.texture.page import Painting
-from restore.uncertainty.calibration import describe_calibration, size_interval
+from restore.uncertainty.calibration import describe_calibration, edge_error, size_interval
 from restore.uncertainty.estimate import Uncertainty, estimate_uncertainty
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
@@ -117,7 +118,7 @@ def restore(
     if settings.uncertainty:
         with clock("uncertainty"):
             uncertainty = estimate_uncertainty(prepared, unrolled, source)
-    report |= uncertainty_fields(source.provenance, report["page_mm"], uncertainty)
+    report |= uncertainty_fields(source.provenance, report["page_mm"], uncertainty, painting.resolution.sampling_ppi)
     report["findings"] = [one.as_json() for one in found]
     page = RestoredPage(
         dpi=dpi,
@@ -132,19 +133,20 @@ def restore(
 
 
 def uncertainty_fields(
-    provenance: Mapping[str, Any], page_mm: Sequence[float], uncertainty: Uncertainty | str | None
+    provenance: Mapping[str, Any], page_mm: Sequence[float], uncertainty: Uncertainty | str | None, ppi: float
 ) -> dict[str, Any]:
     """Return the fields of the report on calibration, size interval and uncertainty, mm.
 
-    uncertainty: None where it was not asked for, or why it cannot be estimated.
+    uncertainty: None where it was not asked for, or why it cannot be estimated. ppi: as for `edge_error`.
     """
     calibration = describe_calibration(provenance)
-    sides_mm: list[float] | None = None
+    sides_mm = [edge_error(ppi)] * 2
     estimated: dict[str, Any] = {}
     if isinstance(uncertainty, str):
         estimated = {"uncertainty_mm": {"reason": uncertainty}}
     elif uncertainty is not None:
-        sides_mm, estimated = uncertainty.sides.tolist(), {"uncertainty_mm": uncertainty.described()}
+        sides_mm = [hypot(edges, side) for edges, side in zip(sides_mm, uncertainty.sides.tolist(), strict=True)]
+        estimated = {"uncertainty_mm": uncertainty.described()}
     interval = size_interval(calibration, page_mm, sides_mm)
     return {**estimated, "calibration": calibration, "size_mm_ci95": interval}
 

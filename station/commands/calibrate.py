@@ -161,5 +161,8 @@ def _summary(result: CalibrationResult, shots: int) -> Iterator[str]:
     body = result.calibration
     yield f"{body.lens} {body.lens_serial} on body {body.body}".replace("  ", " ").removesuffix(" on body ")
     yield f"{shots} captures; rms of the markers {result.markers_px:.3f} px, of the samples {result.lines:.3f} lines"
-    yield f"largest error to expect over the field, one sigma: {result.expected_mm:.2f} mm"
+    yield (
+        f"largest error to expect over the field, one sigma: {result.expected_mm:.2f} mm of a place, "
+        f"{1000 * result.expected_length:.2f} mm of a length of a metre"
+    )
     yield "sigmas: " + ", ".join(f"{name} {sigma:.2g}" for name, sigma in result.sigma.items())

@@ -43,6 +43,8 @@ class CalibrationResult:
     markers_px  rms reprojection error of the markers, pixels, NaN without markers.
     lines       rms residual of the samples from their planes, CCD lines.
     expected_mm largest 1σ of a point, mm, over the field and the distances of the shots.
+    expected_length  largest 1σ of the distance of two points there, as a fraction of it: it does not count that the
+                scene as a whole is turned or moved, which is most of the error of a point.
     """
 
     calibration: Calibration
@@ -50,6 +52,7 @@ class CalibrationResult:
     markers_px: float
     lines: float
     expected_mm: float
+    expected_length: float
 
 
 def calibrate(shots: Sequence[PlateShot], start: Calibration) -> CalibrationResult:
@@ -73,27 +76,34 @@ def calibrate(shots: Sequence[PlateShot], start: Calibration) -> CalibrationResu
     covariance = np.asarray(np.linalg.inv(normal)[:count, :count] * spread)
     body = bundle.body(unknowns)
     lines, markers = bundle.line_and_reprojection_errors(unknowns)
+    expected = [_expected_errors(body, covariance, shot) for shot in shots]
     return CalibrationResult(
         body,
         dict(zip(PRIOR, map(float, np.sqrt(np.diag(covariance))), strict=True)),
         float(np.sqrt(2 * (markers**2).mean())) if len(markers) else float("nan"),
         float(np.sqrt((lines**2).mean())),
-        max(_expected_mm(body, covariance, shot) for shot in shots),
+        max(of_point for of_point, _ in expected),
+        max(of_length for _, of_length in expected),
     )
 
 
 def with_measurement(result: CalibrationResult, captures: int, day: date) -> CalibrationResult:
     """Return the result with a calibration that records how it was measured."""
     markers = None if isnan(result.markers_px) else result.markers_px
-    measured = Measurement(day.isoformat(), captures, result.lines, result.expected_mm, markers)
+    expected = result.expected_mm, result.expected_length
+    measured = Measurement(day.isoformat(), captures, result.lines, expected[0], markers, expected[1])
     return replace(result, calibration=replace(result.calibration, measured=measured))
 
 
-def _expected_mm(body: Calibration, covariance: Floats, shot: PlateShot) -> float:
-    """Return the largest 1σ of points in focus over the field of a shot, mm."""
-    cols, rows = np.meshgrid(np.linspace(0, TEXTURE_COLS - 1, PROBES), np.linspace(0, TEXTURE_ROWS - 1, PROBES))
-    pixels = np.stack([cols.ravel(), rows.ravel()], axis=1)
-    pitch = pixels[:, 1] / shot.mode.step + (shot.mode.frames - 1) / 2
+def _expected_errors(body: Calibration, covariance: Floats, shot: PlateShot) -> tuple[float, float]:
+    """Return the largest 1σ of points over the field of a shot, and of distances.
+
+    Of points in focus in mm; of the distances in the depth window that a page of less than 45° joins, as a fraction.
+    """
+    cols, rows = np.linspace(0, TEXTURE_COLS - 1, PROBES), np.linspace(0, TEXTURE_ROWS - 1, PROBES)
+    middle = (shot.mode.frames - 1) / 2  # of the depth window, frames
+    x, y, off_focus = (axis.ravel() for axis in np.meshgrid(cols, rows, (-middle, 0.0, middle)))
+    pixels, pitch = np.stack([x, y], axis=1), y / shot.mode.step + middle + off_focus
 
     def points(unknowns: Floats) -> Floats:
         probed = calibration_of_unknowns(unknowns, body)
@@ -102,5 +112,12 @@ def _expected_mm(body: Calibration, covariance: Floats, shot: PlateShot) -> floa
     here = unknowns_of_calibration(body)
     steps = DERIVATIVE_STEP * np.diag(list(PRIOR.values()))
     change = np.stack([(points(here + step) - points(here)) / step.sum() for step in steps], axis=-1)  # (n, 3, 13)
-    variance = np.einsum("nik,kl,nil->n", change, covariance, change)
-    return float(np.sqrt(variance.max()))
+    in_focus = change[off_focus == 0.0]
+    of_points = np.einsum("nik,kl,nil->n", in_focus, covariance, in_focus)
+    start, end = np.triu_indices(len(pixels), 1)
+    apart = points(here)[end] - points(here)[start]
+    length = np.linalg.norm(apart, axis=1)
+    across = np.hypot(apart[:, 0], apart[:, 1]) > np.abs(apart[:, 2])
+    longer = np.einsum("ni,nik->nk", apart, change[end] - change[start]) / length[:, None] ** 2
+    of_lengths = np.einsum("nk,kl,nl->n", longer, covariance, longer)[across]
+    return float(np.sqrt(of_points.max())), float(np.sqrt(of_lengths.max()))

@@ -37,6 +37,8 @@ class Measurement:
     lines_rms    rms residual of the samples from their planes, CCD lines.
     expected_mm  largest error of a point to expect over the field, one standard deviation.
     markers_px   rms reprojection error of the markers, pixels; None without markers.
+    expected_length  largest error of a length to expect, a fraction of it, one standard deviation; None where it was
+                 not recorded.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -46,6 +48,7 @@ class Measurement:
     lines_rms: Annotated[Finite, Field(ge=0)]
     expected_mm: Annotated[Finite, Field(ge=0)]
     markers_px: Annotated[Finite, Field(ge=0)] | None = None
+    expected_length: Annotated[Finite, Field(ge=0)] | None = None
 
 
 @dataclass(frozen=True)

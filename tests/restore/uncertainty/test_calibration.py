@@ -5,7 +5,7 @@ import pytest
 from drivers.vivid900.geometry.calibration import nominal
 from drivers.vivid900.geometry.lenses import LENSES
 from oracles.hidden_body import HIDDEN_BODY
-from restore.uncertainty.calibration import NORMAL_95, describe_calibration, size_interval
+from restore.uncertainty.calibration import NORMAL_95, describe_calibration, edge_error, size_interval
 
 MEASURED = {"date": "2026-01-31", "captures": 12, "lines_rms": 0.04, "expected_mm": 0.1, "markers_px": None}
 
@@ -19,7 +19,7 @@ def test_the_manuals_figures_are_nominal_and_a_deviating_body_is_measured():
     assert described(nominal(LENSES["WIDE"])) == {"kind": "nominal"}
     assert described(HIDDEN_BODY)["kind"] == "measured"
     assert described(HIDDEN_BODY)["expected_mm"] is None
-    assert described(HIDDEN_BODY, **MEASURED) == {"kind": "measured", **MEASURED}
+    assert described(HIDDEN_BODY, **MEASURED) == {"kind": "measured", **MEASURED, "expected_length": None}
 
 
 def test_a_scan_of_another_program_says_nothing():
@@ -38,5 +38,9 @@ def test_the_interval_of_a_nominal_size_holds_a_body_that_deviates_by_half_a_per
 def test_the_page_and_the_calibration_add_as_independent_errors():
     alone = size_interval({"kind": "measured", **MEASURED}, [280.0, 200.0])
     assert alone == pytest.approx([NORMAL_95 * 2**0.5 * 0.1] * 2)
+    assert edge_error(0.0) == 0.0
+    assert edge_error(50.8) == pytest.approx(0.1 * 0.5 * (2 / 3) ** 0.5)  # half a millimetre to a pixel
+    by_length = {"kind": "measured", **MEASURED, "expected_length": 1e-4}
+    assert size_interval(by_length, [280.0, 200.0]) == pytest.approx([NORMAL_95 * 0.028, NORMAL_95 * 0.02])
     both = size_interval({"kind": "measured", **MEASURED}, [280.0, 200.0], [0.0, 0.1 * 14**0.5])
     assert both == pytest.approx([alone[0], NORMAL_95 * 0.4])

@@ -97,6 +97,11 @@ def test_the_shape_of_things_is_right_to_hundredths(found: CalibrationResult) ->
     centred = here - here.mean(axis=0)
     turn, _ = Rotation.align_vectors(centred, there - there.mean(axis=0))
     assert np.linalg.norm(turn.apply(there - there.mean(axis=0)) - centred, axis=1).max() < 0.03
+    first, second = np.random.default_rng(0).integers(len(here), size=(2, 500))
+    true, told = (np.linalg.norm(one[first] - one[second], axis=1) for one in (here, there))
+    off = np.abs(told - true)[true > 50.0] / true[true > 50.0]
+    assert off.max() < SIGMAS * found.expected_length
+    assert found.expected_length * np.ptp(here[:, 0]) < 0.3 * found.expected_mm  # a turn changes no length
 
 
 def test_residuals_are_the_noise_of_the_shots(found: CalibrationResult) -> None:
@@ -123,6 +128,7 @@ def test_what_the_shots_do_not_tell_stays_uncertain() -> None:
     assert found.sigma["focal_px"] > 0.5 * PRIOR["focal_px"]
     assert found.sigma["baseline_mm"] > 0.5 * PRIOR["baseline_mm"]
     assert found.expected_mm > 3.0
+    assert found.expected_length > 0.005
     assert np.isnan(found.markers_px)
 
 

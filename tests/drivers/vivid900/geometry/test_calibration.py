@@ -64,7 +64,7 @@ def test_any_serial_number_can_be_written(tmp_path_factory: pytest.TempPathFacto
 
 @pytest.mark.parametrize("markers_px", [0.07, None])
 def test_how_it_was_measured_is_kept(path: Path, markers_px: float | None) -> None:
-    measured = replace(BODY, measured=Measurement("2026-01-31", 12, 0.15, 0.02, markers_px))
+    measured = replace(BODY, measured=Measurement("2026-01-31", 12, 0.15, 0.02, markers_px, markers_px and 1e-4))
     path.write_text(encode_calibration(measured), "utf-8")
     assert read_calibration(path) == measured
     assert calibration_of(measured.as_json(), "") == measured
