@@ -38,12 +38,20 @@ def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION, cut_out
     return replace(sheet, cut_out=cut_out, lost_border=lost_border(segmented))
 
 
-def fit_again(sheet: Sheet, inverse_depth: Floats, signal: Floats | None, radius: int = WIDE_RADIUS) -> Sheet:
+def fit_again(
+    sheet: Sheet,
+    inverse_depth: Floats,
+    signal: Floats | None,
+    radius: int = WIDE_RADIUS,
+    *,
+    wide_creases: bool = False,
+) -> Sheet:
     """Fit the facets of a sheet to other inverse depths (rows, cols) of its samples.
 
-    signal (rows, cols): as `laser_signal` gives it; radius: samples, of the wide window.
+    signal (rows, cols): as `laser_signal` gives it; radius, wide_creases: as for `fit_facets`.
     """
-    facets = fit_facets(inverse_depth, sheet.measured, sheet.inside, abs(sheet.rays.dx), signal, radius=radius)
+    windows: dict[str, Any] = {"radius": radius, "wide_creases": wide_creases}
+    facets = fit_facets(inverse_depth, sheet.measured, sheet.inside, abs(sheet.rays.dx), signal, **windows)
     return make_sheet(sheet.rays, facets, sheet.measured, sheet.inside, sheet.pixels, sheet.scan, radius)
 
 

@@ -21,6 +21,9 @@ PROBES = 16  # realisations of the noise: their standard deviation is known to 1
 PROBE_STRIDE = 4  # samples, of the lattice that probes are solved on: noise moves pages as smoothly as that
 COARSER = (1, 2)  # samples by which cells of the lattices that the page is compared with are wider than its own
 WIDER_RADIUS = WIDE_RADIUS + 1  # samples, of the wider windows
+# Of what wider creases change, the error at creases as they are. Sides end one sample before a crease, or two: an error
+# that grows with the distance would be all of it, one that grows with its square a third.
+AT_CREASES = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +42,13 @@ class Displacements:
     noise    (PROBES, n, 2).
     lattices the error of the page's lattice, estimated once with each of COARSER.
     window   what wider windows change.
+    creases  the error at creases, where the gutter of a book is one: (n, 2), by what wider ones change.
     """
 
     noise: Floats
     lattices: Floats
     window: Floats
+    creases: Floats
     model: Noise
 
 
@@ -54,15 +59,16 @@ def displacements(sheet: Sheet, page: PageOnGrid, places: Floats, rng: np.random
     base = solve_lattice(sheet, page, PROBE_STRIDE)
     before = _at(sheet, base.nodes, base.network.topology, base.flat, places)
 
-    def moved(inverse_depth: Floats, radius: int = WIDE_RADIUS) -> Floats:
-        again = solve_again(base, fit_again(sheet, inverse_depth, signal, radius))
+    def moved(inverse_depth: Floats, radius: int = WIDE_RADIUS, *, wide_creases: bool = False) -> Floats:
+        again = solve_again(base, fit_again(sheet, inverse_depth, signal, radius, wide_creases=wide_creases))
         return without_rigid_part(_at(sheet, base.nodes, base.network.topology, again, places), before)
 
     facets = sheet.planes[..., 0]
     drawn = (np.where(sheet.measured, facets + draw_noise(model, rng), np.nan) for _ in range(PROBES))
     noise = np.stack([moved(one) for one in drawn])
     lattices = np.stack(list(_lattice_errors(sheet, page, places)))
-    return Displacements(noise, lattices, moved(depth, WIDER_RADIUS), model)
+    creases = AT_CREASES * moved(depth, wide_creases=True)
+    return Displacements(noise, lattices, moved(depth, WIDER_RADIUS), creases, model)
 
 
 def solve_lattice(sheet: Sheet, page: PageOnGrid, stride: int) -> Solved:

@@ -93,7 +93,11 @@ def combined(moved: Displacements, known: Mask) -> Uncertainty:
 
 def method_fields(moved: Displacements) -> list[tuple[Floats, float]]:
     """Return fields (n, 2) mm of the method's errors, and the weight of their squares."""
-    return [*((field, 1.0 / len(moved.lattices)) for field in moved.lattices), (moved.window, 1.0)]
+    return [
+        *((field, 1.0 / len(moved.lattices)) for field in moved.lattices),
+        (moved.window, 1.0),
+        (moved.creases, 1.0),
+    ]
 
 
 def _side_changes(field: Floats, places: Floats) -> Floats:

@@ -63,6 +63,7 @@ def fit_facets(
     *,
     precision: float = PRECISION,
     radius: int = WIDE_RADIUS,
+    wide_creases: bool = False,
 ) -> Facets:
     """Fit facets to inverse depth at every sample with enough neighbours.
 
@@ -73,7 +74,7 @@ def fit_facets(
     signal: (rows, cols), in any unit, the light that each sample returned; samples with little have more noise and less
         weight.
     precision: fraction of the depth, the least noise that is assumed.
-    radius: samples, of the wide window.
+    radius: samples, of the wide window. wide_creases: leave out the samples next to creases, too.
     Raises NotEnoughSurface when the samples are too sparse for any facet.
     """
     level = float(np.median(inverse_depth[measured]))
@@ -85,6 +86,8 @@ def fit_facets(
         weight, deviation = _weights(np.where(measured, data - facets[..., 0], np.nan), classes, floor)
     clean = np.where(weight > 0, data, facets[..., 0])
     crease = find_creases(np.where(inside, clean, 0.0), np.where(weight > 0, deviation, 0.0), inside)
+    if wide_creases:
+        crease = inside & cv2.dilate(crease.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
     sided = np.where(crease, 0.0, weight)  # samples on a crease belong to neither side
     facets, noise = _fit_windows(data, sided, inside, floor, crease, steep, radius)
     return Facets(np.where(inside, facets[..., 0] + level, np.nan), facets[..., 1:3], crease, noise)

@@ -17,11 +17,11 @@ FLAT_MM = 0.002  # nothing but noise moves the places of a flat page: 0.0008 on 
 def test_displacements_are_combined_by_their_squares():
     known = np.ones((3, 4), bool)
     probes = np.where(np.arange(16)[:, None, None] % 2, 1.0, -1.0) * np.ones((16, 12, 2))
-    fields = np.full((2, 12, 2), 3.0), np.full((12, 2), 4.0)
+    fields = np.full((2, 12, 2), 3.0), np.full((12, 2), 4.0), np.full((12, 2), 12.0)
     stated = combined(Displacements(probes, *fields, Noise(np.ones((1, 1)), 0.0, 0.0)), known)
     np.testing.assert_allclose(stated.noise, np.sqrt(16 / 15))
-    np.testing.assert_allclose(stated.method, 5.0)
-    np.testing.assert_allclose(stated.total, np.sqrt(25.0 + 16 / 15))
+    np.testing.assert_allclose(stated.method, 13.0)
+    np.testing.assert_allclose(stated.total, np.sqrt(169.0 + 16 / 15))
     np.testing.assert_allclose(stated.sides, 0.0, atol=1e-12)  # all places move together: no side is longer
 
 
@@ -30,7 +30,7 @@ def test_a_side_is_longer_by_the_stretch_of_the_field():
     rows, cols = np.nonzero(known)
     stretch = np.stack([0.01 * 5.0 * cols, np.zeros(len(cols))], axis=1)  # one per cent of 5 mm from place to place
     still = np.zeros((16, len(rows), 2)), np.zeros((2, len(rows), 2))
-    stated = combined(Displacements(*still, stretch, Noise(np.ones((1, 1)), 0.0, 0.0)), known)
+    stated = combined(Displacements(*still, stretch, np.zeros_like(stretch), Noise(np.ones((1, 1)), 0.0, 0.0)), known)
     np.testing.assert_allclose(stated.sides, [0.01 * 20.0, 0.0], atol=1e-12)
 
 
