@@ -208,6 +208,20 @@ class FoldedSurface:
         vertices[at] = self._meeting(vertices[at], meets[at], places[at])
         return vertices
 
+    def unfolded(self, vertices: Floats, faces: Ints, places: Floats) -> Floats:
+        """Return the corners (m, 3, 2) mm of a creased mesh's faces on their pieces.
+
+        Of a face across a crease, `creased` has moved the vertices of the first piece onto it: it lies on the last.
+        vertices: (n, 3) mm, at places (n, 2) mm.
+        faces: (m, 3).
+        """
+        of_face = self.located(places)[0][faces].max(axis=1)
+        corners = places[faces]
+        for k, piece in enumerate(self.pieces):
+            used, index = np.unique(faces[of_face == k], return_inverse=True)
+            corners[of_face == k] = piece.feet(vertices[used], places[used])[index.reshape(-1, 3)]
+        return corners
+
     def _meeting(self, points: Floats, meets: Mask, places: Floats) -> Floats:
         """Points (n, 3) mm moved to where the pieces meet that `meets` (n, pieces) says."""
         normals, heights = np.zeros((*meets.shape, 3)), np.zeros(meets.shape)

@@ -26,22 +26,22 @@ def mesh_within(surface: PageSurface, outline: Floats) -> tuple[Floats, Ints, Fl
     border = _divided(outline, step)
     places = np.concatenate([border, _lattice_within(border, step)])
     faces = Delaunay(places).simplices.astype(np.int64)
-    faces = faces[_areas(places, faces) > MIN_AREA * step**2]
+    faces = faces[_areas(places[faces]) > MIN_AREA * step**2]
     between = np.flatnonzero((faces < len(border)).all(axis=1))
     outside = between[~inside_polygon(places[faces[between]].mean(axis=1), border)]
     faces = np.delete(faces, outside, axis=0)
     return surface.creased(places, faces), faces, places
 
 
-def stretch(vertices: Floats, faces: Ints, places: Floats) -> float:
-    """Return the excess area of a surface over its places, relative.
+def stretch(vertices: Floats, faces: Ints, corners: Floats) -> float:
+    """Return the excess area of a surface over its flat page, relative.
 
     Paper keeps its area: a surface that is torn has more. Compared with the ratio that most faces have.
-    vertices: (n, 3).
+    vertices: (n, 3) mm.
     faces: (m, 3).
-    places: (n, 2).
+    corners: (m, 3, 2) mm, of the faces on the flat page.
     """
-    areas, flat = _areas(vertices, faces), _areas(places, faces)
+    areas, flat = _areas(vertices[faces]), _areas(corners)
     return float(areas.sum() / flat.sum() / np.median(areas / flat) - 1.0)
 
 
@@ -68,8 +68,7 @@ def _lattice_within(border: Floats, step: float) -> Floats:
     return places[inside_polygon(places, border)]
 
 
-def _areas(vertices: Floats, faces: Ints) -> Floats:
-    """Return the areas (m,) of faces of vertices (n, 2) or (n, 3)."""
-    in_space = np.pad(vertices, [(0, 0), (0, 3 - vertices.shape[1])])
-    a, b, c = (in_space[faces[:, k]] for k in range(3))
+def _areas(corners: Floats) -> Floats:
+    """Return the areas (m,) of faces with corners (m, 3, 2) or (m, 3, 3)."""
+    a, b, c = np.moveaxis(np.pad(corners, [(0, 0), (0, 0), (0, 3 - corners.shape[2])]), 1, 0)
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))

@@ -191,11 +191,24 @@ def _dense(
         "paper_outside_fraction": masks.uncovered(model.cameras, mesh.vertices, mesh.faces),
         "interpolated_fraction": float((distance_to(mesh.measured, mesh.vertices) > mesh.reach_mm).mean()),
         "surface_residual_mm": missed(surface, fitted.points, fitted.feet),
-        "excess_area_fraction": None if isinstance(surface, Relief) else stretch(mesh.vertices, mesh.faces, places),
+        "excess_area_fraction": _excess(surface, mesh, places),
         **_described(surface, fitted.stiffness),
         "adjustments": fitted.rounds,
     }
     return PhotographedPage(mesh, kept, report, _findings(report, left_out))
+
+
+def _excess(surface: PageSurface, mesh: InterpolatedMesh, places: Floats) -> float | None:
+    """Return the excess area of a mesh at places (n, 2) mm of a surface.
+
+    None of facets, which have no flat page of their own.
+    """
+    if isinstance(surface, Relief):
+        return None
+    corners = places[mesh.faces]
+    if isinstance(surface, FoldedSurface):
+        corners = surface.unfolded(mesh.vertices, mesh.faces, places)
+    return stretch(mesh.vertices, mesh.faces, corners)
 
 
 def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
