@@ -158,7 +158,8 @@ CODES: Mapping[str, Code] = {
     "lost_border": Code(
         "warning",
         "along at least {share:.0%} of the page border range data are missing although it is not in shadow: "
-        "dark or glossy paper may be missing. Raise the laser power, or tilt the page towards the laser",
+        "paper may be missing there. Raise the laser power if it is dark or glossy, move the scanner back if it is "
+        "near, or tilt the page towards the laser",
         "border",
     ),
     "turned_border": Code(

@@ -88,10 +88,10 @@ def steps_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> Pict
     sample = 1.0 / np.linalg.norm(crossings.jacobians @ normal, axis=1)
     most = (MOST + CUT if sheet.cut_out else MOST) * sample
     reach = REACH * np.maximum(pixel, most / 2)
-    profiles = _profiles(sheet.scan.texture, pixels, reach[:, None] * ahead)
+    profiles = profiles_at(sheet.scan.texture, pixels, reach[:, None] * ahead)
     if sheet.cut_out and np.ptp(np.percentile(profiles[:, -PLATEAU:], [10, 90])) < EVEN:
         return None
-    steps, clear, paper, table = _steps(profiles)
+    steps, clear, paper, table = steps_of(profiles)
     clear &= np.abs(steps) * reach < most
     if clear.mean() < MAJORITY:
         return None
@@ -113,7 +113,7 @@ def _pixels(sheet: Sheet, crossings: Crossings, normal: Floats) -> tuple[Floats,
     return 2.0 * inner - inmost, (inner - inmost) * np.linalg.norm(ahead, axis=1)[:, None]
 
 
-def _profiles(texture: Bytes, pixels: Floats, reach: Floats) -> Floats:
+def profiles_at(texture: Bytes, pixels: Floats, reach: Floats) -> Floats:
     """Return the light (k, 64) of a texture along PROFILE at pixels.
 
     pixels: (k, 2).
@@ -128,7 +128,7 @@ def _grey(texture: Bytes, at: NDArray[np.float32]) -> Floats:
     return np.asarray(cv2.cvtColor(colours, cv2.COLOR_RGB2GRAY), np.float64)
 
 
-def _steps(profiles: Floats) -> tuple[Floats, Mask, Floats, Floats]:
+def steps_of(profiles: Floats) -> tuple[Floats, Mask, Floats, Floats]:
     """Return where profiles (k, 64) step, as fractions of the reach.
 
     Returns also which clearly do, and the light of paper and table, each (k,).

@@ -17,6 +17,7 @@ from restore.mesh.orient import map_runs_back
 from restore.mesh.page_below import without_page_below
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
+from restore.outline.unmeasured import unmeasured_border
 from restore.prepared.facet_sheet import FacetSheet
 from restore.prepared.leaf_sheet import leaf_of
 from restore.prepared.ordered_grid import OrderedGrid
@@ -66,8 +67,9 @@ def of_segmented(segmented: SegmentedScan) -> FacetSheet:
     check_size(segmented.scan)
     sheet = fit_sheet(segmented)
     holes = holes_to_table(sheet, segmented)
-    turned = turned_border(sheet)
-    return FacetSheet(replace(sheet, holes=holes, cut=segmented.cut, turned_border=turned), is_one_shot=True)
+    lost = max(sheet.lost_border, unmeasured_border(sheet))
+    sheet = replace(sheet, holes=holes, cut=segmented.cut, lost_border=lost, turned_border=turned_border(sheet))
+    return FacetSheet(sheet, is_one_shot=True)
 
 
 def of_sheet(sheet: SeparateSheet) -> Prepared:
