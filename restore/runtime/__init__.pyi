@@ -10,6 +10,9 @@ from .native import (
     SystemLibrary as SystemLibrary,
 )
 from .native import (
+    load_pymeshlab as load_pymeshlab,
+)
+from .native import (
     missing_libraries as missing_libraries,
 )
 from .rows import Rows as Rows

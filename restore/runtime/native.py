@@ -86,7 +86,11 @@ def load(module: str, can_load: Loadable = loadable) -> ModuleType:
 
 @cache
 def load_pymeshlab() -> ModuleType:
-    """pymeshlab. Raises LibraryMissing."""
+    """Return pymeshlab. Raises LibraryMissing.
+
+    A program whose threads use it loads it in its main thread: what it took in a thread that has ended it frees at the
+    end of the process, and the C library aborts.
+    """
     return load("pymeshlab")
 
 

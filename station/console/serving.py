@@ -10,7 +10,7 @@ import signal
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -18,6 +18,7 @@ from types import FrameType
 import uvicorn
 
 from drivers.safety.parking import run_parked
+from restore.runtime import LibraryMissing, load_pymeshlab
 from station.console.app import build_app
 from station.console.http.connections import Connections
 from station.console.http.guard import App, Door
@@ -131,6 +132,8 @@ def serve(app_state: AppState, address: Address, *, show: Callable[[str], None])
     Raises UsageError for the address, ScannerError when the scanner could not be parked.
     """
     check_address(address)
+    with suppress(LibraryMissing):  # a layout that is asked for says so; here its threads may use it
+        load_pymeshlab()
     listener = bind(address)
     with listener:
         port = listener.getsockname()[1]

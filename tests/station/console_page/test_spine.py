@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -83,6 +84,8 @@ def test_a_spine_that_is_moved_moves_both_widths(browser: Any, console: Console)
         for _ in range(MOVED_PX):
             page.keyboard.press("ArrowLeft")
         after = saved(page)
+    console.kill(signal.SIGTERM)
+    assert console.processes[-1].returncode == 128 + signal.SIGTERM  # and not aborted by the C library
     drawn, moved = before["edits"]["spine"], after["edits"]["spine"]
     assert moved == [[x - MOVED_PX, y] for x, y in drawn]
     by = paper_x(scan, truth, drawn) - paper_x(scan, truth, moved)
