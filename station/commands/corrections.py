@@ -75,11 +75,11 @@ def edits(
         if imported is not None:
             table, labels = import_edits(stored, shown, imported, of_another=of_another)
         elif assignments:
-            table = _set(shown, part, assignments)
+            table = _set(stored, shown, part, assignments)
         if table is not None:
             table["by"] = {**_by(shown), **({"operator": operator} if operator else {})}
         if dry_run:
-            print_result(_planned(own_edits(shown), table))
+            print_result(_planned(own_edits(stored, shown), table))
             return
         with writing(index, session) as writer:
             correct(writer, number, table)
@@ -247,7 +247,7 @@ def _by(page: Page) -> dict[str, Any]:
     return {"tool": "cli", **({} if run is None else {"saw": run.number})}
 
 
-def _set(page: Page, part: str | None, assignments: list[str]) -> dict[str, Any]:
+def _set(session: Session, page: Page, part: str | None, assignments: list[str]) -> dict[str, Any]:
     from station.session.corrections import own_edits
     from station.session.fields import changed
     from station.session.ordering import parts_to_correct
@@ -255,7 +255,7 @@ def _set(page: Page, part: str | None, assignments: list[str]) -> dict[str, Any]
 
     run = page.runs.get("restore")
     found = list(parts_of({} if run is None else run.facts["result"]))
-    return changed(own_edits(page), assignments, parts_to_correct(found, part))
+    return changed(own_edits(session, page), assignments, parts_to_correct(found, part))
 
 
 def _label(writer: Writer, page: int, labels: dict[str, str]) -> None:

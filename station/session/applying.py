@@ -34,7 +34,7 @@ class PlannedRule:
 
     def as_json(self) -> dict[str, Any]:
         """Return the rule as JSON values."""
-        scope = self.scope.model_dump(mode="json")
+        scope = self.scope.model_dump(mode="json", exclude={"over"})
         return {"scope": scope, "edits": self.edits, "pages": list(self.pages), "own_corrections": self.own}
 
     def lines(self) -> Iterator[str]:
@@ -64,7 +64,7 @@ def planned_rule(session: Session, words: Sequence[str], to: str, *, future: boo
         side=side or "any",
         future=future,
     )
-    own = {page.number: kept for page in pages if (kept := kept_fields(own_edits(page), edits))}
+    own = {page.number: kept for page in pages if (kept := kept_fields(own_edits(session, page), edits))}
     return PlannedRule(scope, edits, tuple(page.number for page in pages), own)
 
 

@@ -38,12 +38,12 @@ def add_rule(writer: Writer, scope: Scope, edits: Mapping[str, Any]) -> Event:
 
     Raises BadInput, OSError.
     """
-    rules = [rule.model_dump(mode="json") for rule in rules_of(writer.session)]
+    rules = [rule.as_json() for rule in rules_of(writer.session)]
     if len(rules) >= MAX_RULES:
         raise BadInput(f"the volume has {len(rules)} rules, as many as it can", "correct the pages that are left")
     number = len(writer.history.events) + 1
     rule = Rule(id=number, scope=scope, edits=recorded(edits))
-    event = decide(writer, RULES, [*rules, rule.model_dump(mode="json")])
+    event = decide(writer, RULES, [*rules, rule.as_json()])
     show_fitting(writer)
     return event
 

@@ -18,7 +18,7 @@ from station.session.events import VOLUME, Event
 from station.session.history import Page
 from station.session.parts import LEFT, PAGE, RESTORE, RIGHT
 from station.session.presets import Preset
-from station.session.rules import EDITS, RULES, RULES_TABLE, Rule, Table, edits_of, merged
+from station.session.rules import EDITS, RULES, RULES_TABLE, Rule, Table, edits_of, merged, without
 from station.session.store import Session
 
 PRESET = "preset"  # the source of a field that neither a rule nor the page itself gives
@@ -30,10 +30,18 @@ def rules_of(session: Session) -> list[Rule]:
     return RULES_TABLE.validate_python(session.history.page(VOLUME).decided(RULES, []))
 
 
-def own_edits(page: Page) -> Table:
-    """The corrections that were made on a page itself, as they were given."""
-    table = page.decided(EDITS)
-    return table if isinstance(table, dict) else {}
+def own_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> Table:
+    """Return the corrections that were made on a page itself.
+
+    As they were given, without the fields that a later rule took the place of.
+    """
+    table, event, capture = page.decided(EDITS), page.decisions.get(EDITS), page.capture
+    if not isinstance(table, dict) or event is None or capture is None:
+        return {}
+    for rule in rules_of(session) if rules is None else rules:
+        if rule.is_over(event, capture, session.history):
+            table = without(table, rule.edits)
+    return table
 
 
 def layers_of(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> list[tuple[str, Table]]:
@@ -45,7 +53,7 @@ def layers_of(session: Session, page: Page, rules: Sequence[Rule] | None = None)
     if capture is not None:
         known = rules_of(session) if rules is None else rules
         layers += [(f"rule {rule.id}", rule.edits) for rule in known if rule.is_on(capture, session.history)]
-    return [(source, table) for source, table in (*layers, ("page", own_edits(page))) if table]
+    return [(source, table) for source, table in (*layers, ("page", own_edits(session, page, rules))) if table]
 
 
 def is_corrected(session: Session, page: Page) -> bool:

@@ -54,12 +54,14 @@ class Scope(BaseModel):
     """The pages of a rule, as they were when it was made.
 
     captures  numbers of their scans, or all. side: of the corrected parts. future: also those captured later.
+    over      scans whose own earlier corrections give way to the rule, field by field.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
     captures: list[int] | Literal["all"] = "all"
     side: Literal["any", "left", "right", "single"] = "any"
     future: bool = False
+    over: list[int] = []
 
 
 class Rule(BaseModel):
@@ -82,6 +84,14 @@ class Rule(BaseModel):
             return later or shots[-1] < self.id
         return later or not set(shots).isdisjoint(self.scope.captures)
 
+    def as_json(self) -> dict[str, Any]:
+        """Return the rule as it is recorded."""
+        return self.model_dump(mode="json", exclude=None if self.scope.over else {"scope": {"over"}})
+
+    def is_over(self, own: Event, capture: Event, history: History) -> bool:
+        """Whether the rule takes the place of a page's own corrections, which an event recorded."""
+        return own.number < self.id and not set(_shots(capture, history)).isdisjoint(self.scope.over)
+
 
 RULES_TABLE: TypeAdapter[list[Rule]] = TypeAdapter(Annotated[list[Rule], Field(max_length=MAX_RULES)])
 
@@ -98,6 +108,25 @@ def merged(under: Table, over: Table) -> dict[str, Any]:
     for name, part in over.get("parts", {}).items():
         parts[name] = _merged_part(parts.get(name, {}), part)
     return {**under, **over, **({"parts": parts} if parts else {})}
+
+
+def without(table: Table, others: Table) -> dict[str, Any]:
+    """Take the fields of others out of corrections. Masks stay, since they add up.
+
+    >>> without({"layout": "whole", "parts": {"page": {"turn": 1}}}, {"parts": {"page": {"turn": 2}}})
+    {'layout': 'whole'}
+    """
+    taken = others.get("parts", {})
+    parts = {name: _part_without(part, taken.get(name, {})) for name, part in table.get("parts", {}).items()}
+    kept = {name: part for name, part in parts.items() if part}
+    rest = {key: value for key, value in table.items() if key != "parts" and (key == "by" or key not in others)}
+    return {**rest, **({"parts": kept} if kept else {})}
+
+
+def _part_without(part: Table, taken: Table) -> dict[str, Any]:
+    rest = {key: value for key, value in part.items() if key == "masks" or key not in taken}
+    settings = {key: value for key, value in part.get("settings", {}).items() if key not in taken.get("settings", {})}
+    return {**rest, **({"settings": settings} if settings else {})}
 
 
 def _merged_part(under: Table, over: Table) -> dict[str, Any]:

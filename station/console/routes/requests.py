@@ -72,11 +72,15 @@ class Corrections(_Request):
 
 
 class RuleScope(_Request):
-    """The pages of a rule: by the numbers of their scans, and those captured later."""
+    """The pages of a rule: by the numbers of their scans, and those captured later.
+
+    over: scans whose own corrections give way.
+    """
 
     captures: Annotated[list[EventNumber], Field(min_length=1, max_length=MAX_PAGE)] | Literal["all"]
     side: Literal["any", "left", "right", "single"] = "any"
     future: bool = False
+    over: Annotated[list[EventNumber], Field(max_length=MAX_PAGE)] = []
 
 
 class NewRule(_Request):

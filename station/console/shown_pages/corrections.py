@@ -7,7 +7,7 @@ from typing import Any
 from restore import Settings
 from station.console.faults import ConsoleFault
 from station.session import Page, Session
-from station.session.corrections import effective_edits, layers_of, needs_restoration, own_edits
+from station.session.corrections import effective_edits, layers_of, needs_restoration, own_edits, rules_of
 from station.session.current_preset import preset_of
 from station.session.parts import RESTORE, parts_of
 from station.session.rules import EDITS
@@ -21,14 +21,18 @@ def shown_page(session: Session, number: int) -> Page:
     return page
 
 
-def tag_of(page: Page) -> int:
-    """Return the number of the event that a page's corrections are of.
+def tag_of(session: Session, page: Page) -> int:
+    """Return the number of the event that a page's own corrections are of.
 
-    The scan's own number where it has none: a page that is captured again has another tag.
+    The scan's own number where it has none: a page that is captured again has another tag. A rule that took the place
+    of some of them has one, too.
     """
-    assert page.capture is not None
-    event = page.decisions.get(EDITS)
-    return page.capture.number if event is None else event.number
+    capture, event = page.capture, page.decisions.get(EDITS)
+    assert capture is not None
+    if event is None:
+        return capture.number
+    over = (rule.id for rule in rules_of(session) if rule.is_over(event, capture, session.history))
+    return max([event.number, *over])
 
 
 def corrections_of(session: Session, number: int) -> dict[str, Any]:
@@ -40,8 +44,8 @@ def corrections_of(session: Session, number: int) -> dict[str, Any]:
     return {
         "page": number,
         "capture": page.capture.number,
-        "tag": tag_of(page),
-        "edits": own_edits(page) or None,
+        "tag": tag_of(session, page),
+        "edits": own_edits(session, page) or None,
         "effective": effective_edits(session, page),
         "sources": sources,
         "preset_layout": str(preset.layout),

@@ -31,10 +31,10 @@ def correct_page(opened: WritableSession, number: int, edits: Table | None, tag:
     def record(loop: CaptureLoop) -> dict[str, Any]:
         session = loop.writer.session
         page = shown_page(session, number)
-        if tag_of(page) != tag:
+        if tag_of(session, page) != tag:
             text = f"page {number} was corrected or captured again meanwhile"
             raise ConsoleFault.changed(text, corrections_of(session, number))
-        if (given or {}) != own_edits(page):
+        if (given or {}) != own_edits(session, page):
             loop.correct(number, given)
         return corrections_of(loop.writer.session, number)
 
@@ -75,7 +75,7 @@ def apply_rule(opened: WritableSession, scope: Scope, edits: Table) -> dict[str,
 def _pages_of(session: Session, rule: Rule) -> dict[str, Any]:
     """Return the pages that a rule is on, and the fields of it that they keep."""
     pages = [one for one in session.history.pages() if one.capture and rule.is_on(one.capture, session.history)]
-    kept = {page.number: kept_fields(own_edits(page), rule.edits) for page in pages}
+    kept = {page.number: kept_fields(own_edits(session, page), rule.edits) for page in pages}
     return {"pages": [*kept], "own": {page: fields for page, fields in kept.items() if fields}}
 
 

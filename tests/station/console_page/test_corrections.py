@@ -252,6 +252,18 @@ def test_a_correction_is_applied_to_the_following_pages_by_keys_alone(tool, cann
     assert draft(page).get_by_role("button", name="Save").is_hidden()  # the rule gives it to this page, too
 
 
+def test_a_page_that_is_ticked_does_not_keep_its_own(tool):
+    page, _ = tool("t", "Rotation")
+    asked = plan_with(page, pages=[7, 8, 9], own={"8": ["page.turn"], "9": ["page.turn"]})
+    page.keyboard.press(".")
+    draft(page).get_by_text("90° instead of as found").wait_for()
+    page.keyboard.press("a")
+    page.get_by_role("dialog").get_by_role("checkbox", name="replace it").nth(1).check()
+    page.keyboard.press("Enter")
+    draft(page).get_by_text("Applied to 3 pages; u undoes it", exact=True).wait_for()
+    assert asked["rules"][0]["scope"] == {"captures": [14, 16, 18, 20], "future": False, "over": [18]}
+
+
 def test_a_correction_is_applied_to_left_leaves_of_pages_by_number(tool):
     page, _ = tool("l", "Light")
     asked = plan_with(page, pages=[2, 4])

@@ -153,6 +153,30 @@ def test_a_rule_is_planned_without_being_recorded_and_names_the_pages_that_keep_
     assert opened.post("/api/rules/plan", json={**rule, "scope": {"captures": [10**6]}}).status_code == 422
 
 
+def test_a_rule_takes_the_place_of_a_pages_own_corrections_and_gives_it_back(opened):
+    """One step, and one undo. What the page has besides stays, and its tag changes."""
+    capture = shoot(opened)["capture"]
+    own = {"layout": "whole", "parts": {"page": {"turn": 3}}}
+    tag = put(opened, own, capture).json()["tag"]
+    rule = {"scope": {"captures": "all", "over": [capture]}, "edits": TURNED}
+    assert opened.post("/api/rules/plan", json=rule).json()["own"] == {"1": ["page.turn"]}
+    made = opened.post("/api/rules", json=rule).json()
+    assert made["own"] == {}
+    found = opened.get(EDITS).json()
+    assert (found["edits"], found["effective"]["parts"], found["tag"]) == (
+        {"layout": "whole"},
+        TURNED["parts"],
+        made["rule"],
+    )
+    assert put(opened, own, tag).status_code == 412
+    later = {"layout": "whole", "parts": {"page": {"rotate_deg": 1.0}}}
+    assert put(opened, later, made["rule"]).json()["effective"]["parts"] == {"page": {"turn": 1, "rotate_deg": 1.0}}
+    press(opened, "undo")
+    wait_for(lambda: opened.get(EDITS).json()["tag"] == made["rule"], "the undo")
+    press(opened, "undo")
+    wait_for(lambda: opened.get(EDITS).json()["edits"] == own, "the undo of the rule")
+
+
 def test_a_rule_names_scans_and_no_places_of_one_scan(opened):
     capture = shoot(opened)["capture"]
     before = events(opened)

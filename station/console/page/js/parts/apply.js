@@ -69,17 +69,24 @@ function boxes(offered, changed) {
   });
 }
 
-function plannedText({ pages, own }) {
-  const kept = Object.entries(own).map(([page, fields]) =>
-    t("apply.own", { page: pageName(store.rows.get(Number(page))), fields: fields.map(fieldText).join(", ") }));
+/** The pages of a plan, and those that keep their own; `over`: pages that are ticked, and give way. */
+function plannedLines({ pages, own }, over) {
+  const kept = Object.entries(own).map(([page, fields]) => {
+    const input = h("input", { type: "checkbox", id: `apply-over-${page}`, on: { change: () => (input.checked ? over.add(page) : over.delete(page)) } });
+    input.checked = over.has(page);
+    const text = t("apply.own", { page: pageName(store.rows.get(Number(page))), fields: fields.map(fieldText).join(", ") });
+    return h("li", {}, h("span", { text }), " ", h("label", { class: "check", for: input.id }, input, h("span", { text: t("apply.over") })));
+  });
   const named = pages.length > MANY ? "" : pages.map((page) => pageName(store.rows.get(page))).join(", ");
-  return [t("apply.pages", { n: number(pages.length) }) + (named && `: ${named}`), ...kept];
+  return [h("li", { text: t("apply.pages", { n: number(pages.length) }) + (named && `: ${named}`) }), ...kept];
 }
 
 /** Ask for the pages. fields: [{path, value, isChosen}], of which the operator chooses; `done` gets what the server made and its edits. */
 export function openApply(row, part, fields, done) {
   const planned = h("ul", { class: "soft" });
+  const over = new Set(); // pages whose own corrections give way
   let asked = 0;
+  let own = {};
   const changed = () => show();
   const checks = h("fieldset", { class: "choices" }, h("legend", { text: t("apply.fields") }), boxes(fields, changed));
   const targets = radios(t("apply.to"), "apply", TARGETS.map((name) => [name, t(`apply.${name}`)]), "following", changed);
@@ -100,8 +107,8 @@ export function openApply(row, part, fields, done) {
     const [wanted, mine] = [rule(), asked += 1];
     const plan = wanted && await post("/api/rules/plan", wanted).catch((error) => ({ error }));
     if (mine !== asked) return;
-    const lines = !plan ? [t("apply.none")] : plan.error ? [errorText(plan.error)] : plannedText(plan);
-    planned.replaceChildren(...lines.map((text) => h("li", { text })));
+    own = plan?.own ?? {};
+    planned.replaceChildren(...(plan && !plan.error ? plannedLines(plan, over) : [h("li", { text: plan ? errorText(plan.error) : t("apply.none") })]));
   };
   const send = async () => {
     const [wanted, why] = [rule(), hindrance()];
@@ -109,6 +116,8 @@ export function openApply(row, part, fields, done) {
       planned.replaceChildren(h("li", { text: t(why || "apply.none") }));
       return false;
     }
+    const ticked = [...over].filter((page) => own[page]).map((page) => store.rows.get(Number(page)).capture);
+    if (ticked.length) wanted.scope.over = ticked;
     const made = await attempt(() => post("/api/rules", wanted));
     if (made) done(made, wanted.edits);
     return Boolean(made);
