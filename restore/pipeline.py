@@ -99,7 +99,7 @@ def restore(
         "uncropped": with_erased(painting.image, painted, coverage),
     }
     if large:
-        pictures = LargePage.of(prepared, fine, dpi, coverage, partial(shaded.relit, dpi=dpi)).pictures()
+        pictures = LargePage.of(prepared, fine, dpi, painted.mask, coverage, partial(shaded.relit, dpi=dpi)).pictures()
     report = describe(prepared, unrolled, painting, settings) | shaded.report
     found = [
         *findings_of_page(fine, report),

@@ -20,11 +20,11 @@ from restore.prepared.prepared import KindsOfRows, Prepared
 from restore.runtime.rows import Rows
 from restore.scan import Bytes, Mask
 from restore.settings import Settings
-from restore.texture.coverage import UNSEEN, VISIBLE, Coverage, CoverageClass, of_kinds
+from restore.texture.coverage import UNSEEN, VISIBLE, WIDTH_DPI, Coverage, CoverageClass, of_kinds
 from restore.texture.occlusion import occluded
 from restore.texture.page import KEPT_PIXELS, PAPER, Painter, picture_size
 
-OVERVIEW_DPI = 150.0  # of the overview: that of a page by default, two and a half pixels to a sample of the range grid
+OVERVIEW_DPI = WIDTH_DPI  # of the overview: widths on a page are measured no finer
 
 # Rows (rows, w, 3) uint8 as painted, where they are seen (rows, w), and the first of them → in another light.
 Relit = Callable[[Bytes, Mask, int], Bytes]
@@ -47,6 +47,7 @@ class LargePage:
     kinds     how the shape of rows is known.
     hidden    (h, w) where the camera does not see it; None where the texture is not one camera's picture.
     overview  its coverage at OVERVIEW_DPI.
+    all_seen  whether the camera saw all of it there: then rows are not looked at again for what it did not see.
     relit     removes the light.
     """
 
@@ -54,14 +55,21 @@ class LargePage:
     kinds: KindsOfRows
     hidden: Rows | None
     overview: Coverage
+    all_seen: bool
     relit: Relit
 
     @classmethod
-    def of(cls, prepared: Prepared, fine: FlatMesh, dpi: float, overview: Coverage, relit: Relit) -> LargePage:
-        """Make the pictures of a prepared page at `dpi`."""
+    def of(
+        cls, prepared: Prepared, fine: FlatMesh, dpi: float, painted: Mask, overview: Coverage, relit: Relit
+    ) -> LargePage:
+        """Make the pictures of a prepared page at `dpi`.
+
+        painted: (h, w), where its overview has a texture.
+        """
+        all_seen = np.array_equal(painted, overview.mask)
         painter, centre = Painter.of(fine, dpi), prepared.camera_centre(fine)
         hidden = None if centre is None else occluded(fine, centre, painter.shape, dpi)
-        return cls(painter, prepared.kinds_by_rows(fine, dpi), hidden, overview, relit)
+        return cls(painter, prepared.kinds_by_rows(fine, dpi), hidden, overview, all_seen, relit)
 
     def pictures(self) -> dict[str, Rows]:
         """Return the fields of a `RestoredPage` that are arrays over its pixels."""
@@ -83,7 +91,8 @@ class LargePage:
         Returns also their kinds (rows, w).
         """
         image, source = self.painter.paint(rows)
-        kinds = self._kinds(rows, np.isfinite(source[..., 0]))
+        page = np.isfinite(source[..., 0])
+        kinds = page.astype(np.uint8) * np.uint8(CoverageClass.MEASURED) if self.all_seen else self._kinds(rows, page)
         image[of_kinds(kinds, blank)] = PAPER
         return image, kinds
 
