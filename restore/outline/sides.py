@@ -112,10 +112,11 @@ def _update_grid_positions(
 
     They are corrected iteratively until the edges (e, 2) to the neighbours have on the surface the lengths that
     they have on the page. Each vertex gets the position at which its edges missed them least: on a steep wall, where
-    a fraction of a sample is millimetres of paper, the iteration can diverge.
+    a fraction of a sample is millimetres of paper, the iteration can diverge, but no farther than the next image.
     """
     moved = (before != after).any(axis=1)
-    nodes = nodes + np.einsum("nij,nj->ni", jacobians, after - before)
+    size = np.array(sheet.inside.shape)
+    nodes = np.clip(nodes + np.einsum("nij,nj->ni", jacobians, after - before), -size, 2 * size)
     edges = edges[moved[edges].any(axis=1)]
     start, end = edges.T
     direction = after[end] - after[start]
@@ -135,6 +136,7 @@ def _update_grid_positions(
         np.add.at(step, end, pull)
         np.add.at(step, start, -pull)
         nodes[moved] += np.einsum("nij,nj->ni", solve, step[moved])
+        nodes = np.clip(nodes, -size, 2 * size)  # a path takes as long as it is
     return best
 
 

@@ -14,6 +14,7 @@ from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
 from restore.outline.sides import MAX_SHIFT, _update_grid_positions, straighten
 from restore.range_image.facets.sheet import PageOnGrid, Sheet
+from restore.scan import Floats, Ints
 
 STRIDE = 4  # samples, as the fine mesh of a page
 LOST_SHARE = 0.08  # of the samples on the border
@@ -238,26 +239,52 @@ def test_a_scrap_of_the_table_that_hangs_from_a_page_of_a_mesh_is_removed(camera
 
 
 class Wall:
-    """A plane of one millimetre for each sample."""
+    """A plane of one millimetre for each sample; farthest, the position farthest off that was asked for."""
+
+    inside = np.ones((20, 20), bool)
+    farthest = 0.0
 
     def lengths(self, nodes, edges):
+        self.farthest = max(self.farthest, float(np.abs(nodes).max()))
         return np.linalg.norm(nodes[edges[:, 1]] - nodes[edges[:, 0]], axis=1)
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A sheet whose border moved on the page, and Jacobians that are too large, as those of a steep wall are."""
+
+    nodes: Floats
+    after: Floats
+    edges: Ints
+    jacobians: Floats
+
+    @classmethod
+    def by(cls, overshoot):
+        nodes, faces = lattice(Wall.inside, STRIDE)
+        edges, border = Topology(faces).edges, Topology(faces).border
+        after, jacobians = nodes.copy(), np.zeros((len(nodes), 2, 2))
+        after[border] += np.random.default_rng(1).normal(0.0, 0.3, (len(border), 2))
+        jacobians[border] = overshoot * np.eye(2)
+        return cls(nodes, after, edges, jacobians)
+
+    def found(self, wall):
+        return _update_grid_positions(wall, self.nodes, self.jacobians, self.nodes, self.after, self.edges)
+
+    def missed(self, places):
+        start, end = self.after[self.edges].swapaxes(0, 1)
+        return (np.linalg.norm(end - start, axis=1) - Wall().lengths(places, self.edges)) ** 2
 
 
 @pytest.mark.parametrize("overshoot", [1.0, 3.0])
 def test_moved_vertices_never_miss_their_edges_by_more_than_at_first(overshoot):
-    nodes, faces = lattice(np.ones((20, 20), bool), STRIDE)
-    edges, border = Topology(faces).edges, Topology(faces).border
-    after = nodes.copy()
-    after[border] += np.random.default_rng(1).normal(0.0, 0.3, (len(border), 2))
-    # Jacobians that are too large make the iteration overshoot, as those of a border on a steep wall do.
-    jacobians = np.zeros((len(nodes), 2, 2))
-    jacobians[border] = overshoot * np.eye(2)
-
-    def missed(places):
-        return (np.linalg.norm(after[edges[:, 1]] - after[edges[:, 0]], axis=1) - Wall().lengths(places, edges)) ** 2
-
-    found = _update_grid_positions(Wall(), nodes, jacobians, nodes, after, edges)
-    first = nodes + overshoot * (after - nodes)
+    moved = Moved.by(overshoot)
+    first = moved.nodes + overshoot * (moved.after - moved.nodes)
     # A vertex keeps its own best place while its neighbours move to theirs: twice as far off is more than any of that.
-    assert missed(found).sum() < 2.0 * missed(first).sum() + 1e-12
+    assert moved.missed(moved.found(Wall())).sum() < 2.0 * moved.missed(first).sum() + 1e-12
+
+
+def test_no_length_is_measured_far_beyond_the_image():
+    """A path is followed sample by sample: one to a position that diverged would not end."""
+    wall = Wall()
+    assert np.isfinite(Moved.by(1e4).found(wall)).all()
+    assert wall.farthest <= 2 * max(Wall.inside.shape)
