@@ -69,6 +69,12 @@ SCROLL = """async (step) => {
   return { frames: gaps.length, median: gaps[gaps.length >> 1], late: gaps[Math.floor(gaps.length * 0.99)] };
 }"""
 
+# Those of 50 ms and more, in ms (W3C, Long Tasks API).
+LONG_TASKS = """() => {
+  window.longTasks = [];
+  new PerformanceObserver((list) => longTasks.push(...list.getEntries().map((one) => one.duration)))
+    .observe({ type: "longtask" });
+}"""
 SCROLL_SHEET = (
     SCROLL.replace(".strip-scroller", ".sheet-scroller")
     .replace("scrollLeft", "scrollTop")
@@ -126,13 +132,16 @@ def _strip(page: Page) -> None:
 def _sheet(page: Page) -> None:
     page.evaluate(f"location.hash = '#/page/{PAGES // 2}'")
     page.evaluate(APPEARS, ".page-screen .light")
+    page.evaluate(LONG_TASKS)
     start = time.perf_counter()
     page.keyboard.press("g")
     page.evaluate(APPEARS, "#leaf-0")
     painted = time.perf_counter() - start
     found = page.evaluate(SCROLL_SHEET, SCROLL_PX)
     figures = f"{found['median']:.1f} ms between frames, {found['late']:.1f} ms in the slowest hundredth"
+    longest = max(page.evaluate("longTasks"), default=0.0)
     print(f"contact sheet of {PAGES:,} leaves: painted after {painted:.2f} s; {found['frames']} frames, {figures}")
+    print(f"longest task while it was painted and scrolled: {longest:.0f} ms (0: none over 50)")
 
 
 def _shots(browser: Browser, what: str, command: Sequence[str]) -> None:

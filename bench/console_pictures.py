@@ -47,6 +47,7 @@ def main(folder: Path = DOCS) -> int:
             _session(page, "Missale Romanum")
             _shift(page, keep)
             _page_view(page, keep)
+            _hand(page, keep)
             _settings(page, keep)
         _tablet(browser, link, keep)
         _crash(browser, console, link, keep)
@@ -106,6 +107,20 @@ def _page_view(page: Page, keep: Keep) -> None:
         page.get_by_role("group", name="Tools").get_by_role("button", name=name).click()
         page.wait_for_selector(sign, state="attached", timeout=WAIT_MS)
         keep(page, f"page-{name.lower()}-dark")
+
+
+def _hand(page: Page, keep: Keep) -> None:
+    """An outline that is drawn on the scanner's image, and the contact sheet."""
+    page.evaluate("location.hash = '#/page/2'")
+    page.get_by_role("group", name="Tools").get_by_role("button", name="Outline").click()
+    page.locator(".page-viewer[data-scan]").wait_for(timeout=WAIT_MS)
+    page.keyboard.press("d")
+    page.locator(".handle").nth(3).wait_for()
+    keep(page, "page-outline-dark")
+    page.keyboard.press("Escape")
+    page.evaluate("location.hash = '#/sheet'")
+    page.locator("#leaf-0").wait_for()
+    keep(page, "sheet-dark")
 
 
 def _settings(page: Page, keep: Keep) -> None:
