@@ -58,7 +58,6 @@ BY_PLACE = {
         "orientation": "RIGHT_ANGLES MIRROR",
         "outline/picture_edge": "PROFILE",
         "outline/sides": "OUTLINE_ERROR MAX_SHIFT",
-        "photo/obstructions": "TO_DEVIATION",
         "photo/orientation": "QUARTERS",
         "photo/photograph": "SIXTEEN_BIT",
         "photo/pose": "MIN_POINTS FREE_STRAIGHT",

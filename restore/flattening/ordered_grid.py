@@ -26,7 +26,7 @@ from restore.mesh.surface_lengths import bent_lengths
 from restore.mesh.topology import Topology
 from restore.mesh.validate import validated
 from restore.numerics.limits import SINGLE_PRECISION, SMALL, TINY
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import MAJORITY, robust_sigma
 from restore.page import FlatMesh
 from restore.scan import Floats, Ints, Mask, SurfaceMesh
 
@@ -38,7 +38,6 @@ MIN_JUMP = 1.25  # of the median link, on a regular grid: the next winding is th
 SAMPLED_ROWS = 200  # enough for the noise, by fourth differences: the bend of the surface is gone in them
 FOURTH = sqrt(1.0 + 16.0 + 36.0 + 16.0 + 1.0)  # standard deviations of the noise, in a fourth difference
 NO_LENGTH = 1e-3  # of the mean edge
-SPANNING = 0.5  # of a side of the grid: a piece that goes so far is the sheet, a smaller one lies in its place
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +77,7 @@ class Nodes:
             low, high = np.full(len(spanning), known.shape[axis]), np.zeros(len(spanning), np.int64)
             np.minimum.at(low, pieces, at)
             np.maximum.at(high, pieces, at + 1)
-            spanning |= high - low > SPANNING * known.shape[axis]
+            spanning |= high - low > MAJORITY * known.shape[axis]
         chosen = known.copy()
         chosen[known] = spanning[pieces]
         used = np.zeros(int(chosen.sum()), bool)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from restore.numerics.lines import theil_sen
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import OUTLYING, robust_sigma
 from restore.range_image.facets.sheet import Sheet
 from restore.scan import Floats, Ints
 
@@ -20,7 +20,6 @@ MAX_MOVE = 5.0  # samples from the first place: two of a facet's half widths, an
 INDEPENDENT = 7  # rows with common samples: a facet averages that many
 HIDDEN = 12  # samples on either side in which the measured walls begin
 MIN_ROWS = 10  # that a line is fitted to
-OUTLIER_SIGMAS = 4.0
 NEWTON_STEPS = 3  # from the crossing of parabolas to that of cubics: less than a sample in most rows
 HALVED = 0.5  # of the residual of a line: a bend that takes less is not one
 
@@ -86,7 +85,7 @@ class _Line(NamedTuple):
 def _fit(row: Floats, col: Floats) -> _Line:
     slope, offset = theil_sen(row, col)
     residual = col - slope * row - offset
-    near = np.abs(residual) <= OUTLIER_SIGMAS * max(robust_sigma(residual), 1e-3)
+    near = np.abs(residual) <= OUTLYING * max(robust_sigma(residual), 1e-3)
     line, curve = (np.polyfit(row[near], col[near], degree) for degree in (1, 2))
     rms, bent = (float(np.sqrt(np.mean((col[near] - np.polyval(fit, row[near])) ** 2))) for fit in (line, curve))
     chosen, spread = (curve, bent) if bent < HALVED * rms else (line, rms)

@@ -11,6 +11,7 @@ from restore.layout.crease import Crease
 from restore.layout.find import Inspected
 from restore.layout.flattened import FlattenedSheet
 from restore.mesh.raster import rasterise
+from restore.numerics.robust import SIGNIFICANT
 from restore.prepared.separate import LeafSpine, SeparateSheet
 from restore.range_image.facets.sheet import Sheet
 from restore.range_image.segmentation.segment import SegmentedScan
@@ -19,7 +20,6 @@ from restore.scan import Floats, Mask, Part
 OVERLAP_MM = (
     1.0  # of the facing page that each leaf keeps: no letter is lost where the spine is placed to a third of it
 )
-SIGMAS = 3.0  # of the place of the spine, that are kept at least
 
 
 def split_at_crease(inspected: Inspected, overlap_mm: float = OVERLAP_MM) -> dict[str, SeparateSheet]:
@@ -36,7 +36,7 @@ def split_at_crease(inspected: Inspected, overlap_mm: float = OVERLAP_MM) -> dic
     segmented = range_image_of(inspected)
     cols = _cols_on(segmented, flattened.sheet, crease)
     beyond = _distance(segmented, flattened, cols)
-    overlap = max(overlap_mm, SIGMAS * (inspected.finding.sigma_mm or 0.0))
+    overlap = max(overlap_mm, SIGNIFICANT * (inspected.finding.sigma_mm or 0.0))
     past = np.arange(segmented.inside.shape[1]) - cols[:, None]
     sides: dict[Part, tuple[Mask, float]] = {"left": (past <= 0, overlap), "right": (past >= 0, -overlap)}
     parts: dict[str, SeparateSheet] = {}

@@ -14,6 +14,7 @@ from restore.scan import Floats
 MAD_TO_SIGMA = 1.4826
 MAJORITY = 0.5  # of a whole: more is most of it
 SIGNIFICANT = 3.0  # standard deviations: of normal noise one in 370 lies farther out
+CAUCHY = 2.5  # standard deviations, where an estimate of Cauchy's halves the weight, and Huber's begins to bound it
 OUTLYING = 4.0  # standard deviations: of normal noise one in 16,000
 
 

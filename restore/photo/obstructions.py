@@ -24,6 +24,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
 from restore.numerics.limits import SINGLE_TINY
+from restore.numerics.robust import MAD_TO_SIGMA
 from restore.photo.coarse import COARSE_MM
 from restore.scan import Floats, Mask
 
@@ -50,7 +51,6 @@ RIM_MM = 1.8  # the outline of the page is known to a sample, and the photograph
 MARGIN_MM = 4.5
 FITS = 8  # reweightings of what lamps give: what covers a third of the page is an outlier after half as many
 SAMPLED = 4000  # places that a fit takes
-TO_DEVIATION = 1.4826  # from the median of absolute errors to the standard deviation, of a normal distribution
 WHOLE_MM = 3.0  # radius of a disc that is confirmed whole: slivers agree by chance
 
 
@@ -227,7 +227,7 @@ def _fitted(values: Floats, terms: Floats, both: Mask) -> Floats:
     fit[0] = np.median(wanted)
     for _ in range(FITS):
         error = wanted - sampled @ fit
-        scale = TO_DEVIATION * np.median(np.abs(error)) + SINGLE_TINY
+        scale = MAD_TO_SIGMA * np.median(np.abs(error)) + SINGLE_TINY
         weight = 1.0 / (1.0 + (error / (2.0 * scale)) ** 2)
         weighted = sampled * weight[:, None] ** 2
         # By the normal equations: ten unknowns, which a singular value decomposition of all rows takes ten times longer

@@ -17,7 +17,7 @@ import numpy as np
 
 from restore.camera.brown import differentiate, seen_at
 from restore.camera.photo_camera import PhotoCamera
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import CAUCHY, robust_sigma
 from restore.scan import Floats, Ints
 
 OWN = 9  # unknowns of a view: rotation 3, translation 3, focal length as a logarithm, principal point 2
@@ -30,7 +30,6 @@ ITERATIONS = 12
 SETTLED = 1e-5  # relative gain of a step
 ROUGHLY = 1e-3  # the same where the cameras are adjusted again: eight steps instead of twelve
 DAMPING = 1e-4  # of the diagonal at first; also what holds the frame and scale, which the pictures leave open
-CAUCHY = 2.5  # standard deviations at which an error has half the weight
 
 
 @dataclass(frozen=True, eq=False)

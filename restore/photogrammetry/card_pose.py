@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from restore.camera.photo_camera import PhotoCamera, project_with_jacobian
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import CAUCHY, robust_sigma
 from restore.photogrammetry.align import Similarity, agreeing_markers, fit_similarity, triangulate_markers
 from restore.photogrammetry.card import ScaleCard
 from restore.scan import Floats
@@ -19,7 +19,6 @@ from restore.scan import Floats
 MIN_MARKERS = 4  # in three views or more: a plane and a scale, and one to spare
 MIN_VIEWS = 3
 STEPS = 10
-CAUCHY = 2.5  # standard deviations at which a marker in a view has half its weight: the page may hide part of it
 SHOWN_WHOLE = 0.9  # of the markers in all views; the page may hide a part of the others
 MIN_SIGMA_PX = 0.03  # of the centre of a marker
 

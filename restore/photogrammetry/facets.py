@@ -13,6 +13,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from restore.numerics.robust import SIGNIFICANT
 from restore.photogrammetry.lattice import BENDING, CREASE_BEND, Lattice
 from restore.scan import Floats, Ints, Mask
 
@@ -23,7 +24,6 @@ MIN_POINTS = 20
 MAX_CUT_MM = 8.0  # by which a relief cuts off the crease before a blank margin; a facet farther off is another one
 FAR_MM = 25.0  # from its points that a facet is prolonged: a margin
 GAP_MM = 4.0  # from the points of a facet to a crease in print; beyond is margin, whose edge has to be met
-MISSED = 3.0  # standard deviations of a point of the edge: a facet that passes by farther does not end there
 STIFF = BENDING * CREASE_BEND / 0.01  # of the bends of a facet: one of a bend of 0.01 1/mm weighs as a crease does
 STAGES = ((2.0, 3),)
 
@@ -38,7 +38,7 @@ def prolonged(lattice: Lattice, heights: Floats, feet: Floats, above: Floats, of
     Returns (rows, cols) mm.
     """
     measured = _near(lattice, feet)
-    rim, height, tolerance = feet[~of_facets], above[~of_facets], MISSED * noise[~of_facets]
+    rim, height, tolerance = feet[~of_facets], above[~of_facets], SIGNIFICANT * noise[~of_facets]
     to_rim, next_on_rim = cKDTree(rim).query(lattice.places) if len(rim) else (np.full(heights.shape, np.inf), None)
     feet, above, noise = feet[of_facets], above[of_facets], noise[of_facets]
     labels, normals = find_facets(lattice, heights, _near(lattice, feet))

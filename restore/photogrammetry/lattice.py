@@ -16,10 +16,10 @@ import scipy.sparse as sp
 from scipy.linalg import solveh_banded
 from threadpoolctl import threadpool_limits
 
+from restore.numerics.robust import CAUCHY
 from restore.scan import Floats, Ints
 
 NOISE_MM = 0.04  # of a point: twice what patches of 2400 pixels leave on paper that fills most of a photograph
-CAUCHY = 2.5  # standard deviations at which a point has half the weight
 BENDING = 3.0  # of the bends, mm⁻², against the squared distances of the points in standard deviations
 MIN_BEND = 2e-3  # 1/mm: paper with less is flat
 CREASE_BEND = 0.3  # 1/mm: of a crease of 25° on a lattice of 1.4 mm; a bend as large has the same weight in each stage

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from restore.numerics.limits import TINY
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import CAUCHY, MAJORITY, robust_sigma
 from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.errors import SheetLost
 from restore.photogrammetry.spline import BORDER, add_bending, add_points, add_strain, evaluate, numbering, solve
@@ -29,14 +29,12 @@ REFINING_MM = 0.1  # between two stiffnesses
 SETTLED_MM = 1e-3  # largest move at a point
 COMPARED_MM = 0.01  # the same between two stiffnesses: errors of 0.02 mm at most points differ by less than GAIN
 FEET_STEPS = 3
-HUBER = 2.5  # standard deviations beyond which a point pulls no harder
 STRAIN_STIFFNESS = 8e3  # mm² for a cell of STEP_MM: strain of 2e-4 costs as much as a point that is 0.02 mm off
 MAX_STRAIN = 0.01  # of paper that may have creases
 SLIDING = 1e-3  # weight of a point along the sheet, against that along the normal: feet are free to slide
 STIFFNESSES = tuple(10.0**exponent for exponent in (5, 4, 3, 2, 1))  # mm⁴: tried, the stiffest first
 HELD_OUT = 0.1  # of the points determine which stiffness is best
 GAIN = 0.99  # of the error that a softer surface must leave at most, to be preferred
-MIN_ON_SHEET = 0.5  # of the points
 MIN_SIGMA_MM = 0.002  # of points: exact ones would all be outliers but a few
 SAMPLE_MM = 4.0  # of the places at which a sheet is resampled
 SEED = 5  # of what is held out
@@ -244,7 +242,7 @@ def fit_paper(
     distance = _distances(surface, points, feet)
     for _ in range(MAX_STEPS):
         sigma = max(robust_sigma(distance), moving, MIN_SIGMA_MM)
-        weights = np.minimum(1.0, HUBER * sigma / np.maximum(np.abs(distance), TINY))
+        weights = np.minimum(1.0, CAUCHY * sigma / np.maximum(np.abs(distance), TINY))
         equations = _Equations(surface, ruled=paper.along > 1.0)
         equations.add_points(points, feet, surface.normals(feet), weights, SLIDING if inextensible else 1.0)
         equations.add_bending(paper.stiffness / surface.step**4, paper.along)
@@ -270,7 +268,7 @@ def _check_on_sheet(surface: Surface, feet: Floats) -> None:
     low, high = surface.bounds
     beyond = BORDER * surface.step
     on_sheet = ((feet >= low - beyond) & (feet <= high + beyond)).all(axis=1)
-    if on_sheet.mean() < MIN_ON_SHEET or not np.isfinite(feet).all():
+    if on_sheet.mean() < MAJORITY or not np.isfinite(feet).all():
         raise _sheet_lost()
 
 

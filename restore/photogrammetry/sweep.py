@@ -13,6 +13,7 @@ import numpy as np
 
 from restore.camera.brown import seen_at
 from restore.camera.photo_camera import PhotoCamera
+from restore.numerics.robust import MAJORITY
 from restore.photogrammetry.track import FACING, Patches, Picture
 from restore.runtime.threads import in_bands
 from restore.scan import Floats
@@ -21,7 +22,6 @@ HALF = 4  # samples from the middle of a patch to its edge
 SIDE = 2 * HALF + 1
 BAND = 200  # patches at a time
 MIN_VIEWS = 3
-MIN_SHARE = 0.5  # of the views that face a patch are to be alike
 MIN_ALIKE = 0.5  # correlation of a view with the others: less has one that something hides
 
 
@@ -136,7 +136,7 @@ def _sweep(
                     if used[v]:
                         used[v] = (total * pictures[best, v]).sum() > MIN_ALIKE * norm
         number = used.sum()
-        if number < max(MIN_VIEWS, MIN_SHARE * facing) or best == 0 or best == steps - 1:
+        if number < max(MIN_VIEWS, MAJORITY * facing) or best == 0 or best == steps - 1:
             continue
         before, top, after = scores[best - 1], scores[best], scores[best + 1]
         bend = 2.0 * top - before - after

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from restore.numerics.robust import SIGNIFICANT
 from restore.photogrammetry.agreement import check_found, check_optics, check_residuals, within
 from restore.photogrammetry.bundle import ROUGHLY, SETTLED, Tracks, adjust
 from restore.photogrammetry.copies import Copies
@@ -29,7 +30,6 @@ MIN_PATCHES = 50  # found again: a quarter of the points on a page of few featur
 MIN_SIMILAR = 0.75  # correlation of a patch: text on the page to a shadow's edge has less
 MAX_SIGMA_PX = 0.5  # standard deviation of a shift on the surface, in pixels of the copy
 MIN_SIGMA_PX = 0.02  # of the same: less is not to be had of interpolated pixels
-OUTLIER_SIGMAS = 3.0  # reprojection error of a point, over that of most, beyond which it is left out
 CREASED_SPACING = 0.7  # of that on smooth pages: a piece ends with its points, not at its creases
 GROWTH_MM = 12.0  # beyond the area that is known: so far the surface is prolonged well enough to be found again
 
@@ -105,7 +105,7 @@ def play_round(
     error = np.linalg.norm(adjusted.residuals[: len(at)], axis=1)
     squared = np.bincount(at, error**2, len(used)) / np.bincount(at, minlength=len(used))
     rms = float(np.sqrt(np.median(squared)))
-    agree = np.sqrt(squared) < OUTLIER_SIGMAS * rms
+    agree = np.sqrt(squared) < SIGNIFICANT * rms
     if plan not in ROUNDS[1:]:  # a coarse patch may lie on the table, and any where a margin is not as it was prolonged
         fraction, _ = masks.votes(adjusted.cameras, adjusted.points[: len(used)], patches.normals[used], found[:, used])
         agree &= fraction > MAJORITY

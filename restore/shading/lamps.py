@@ -13,7 +13,7 @@ import numba
 import numpy as np
 
 from restore.numerics.limits import SMALL, TINY
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import SIGNIFICANT, robust_sigma
 from restore.scan import Floats, Ints, Mask
 from restore.shading.light import ROOM, Light, Terms
 from restore.shading.relief import Field
@@ -32,7 +32,6 @@ RIDGE = 1e-5  # of the mean: a flat page does not separate lamp and room, and no
 ONE_SIDED = 0.5  # of the room's light, over its slope: the quarter and the half of a light from one side
 CLOSEST_MM = 200.0  # no lamp stands nearer: the page would not fit under it
 ABOVE = 20.0  # nothing is brighter than bare paper: what lies above a first guess of its light weighs more by this
-OUTLYING = 3.0  # robust deviations: places farther off count as ink, figure or gloss
 DOUBTED = 0.1  # weight of a place that may be ink, in the judgement of lamps
 # Of the light: no narrower is the robust deviation taken, before all lamps are found and after.
 FLOOR, LAST_FLOOR = 0.04, 0.01
@@ -100,7 +99,7 @@ def refit_light(light: Light, colour: Field, places: Places) -> Light:
     brightness, terms = colour.mean(axis=1).astype(float), Terms(places, light.surroundings, light.middle)
     guess = _Guess(light.lamps, light.reflectance)
     rest = brightness - terms.of(guess.lamps, guess.reflectance) @ light.strengths.mean(axis=1)
-    explained = np.abs(rest) < OUTLYING * FLOOR * light.level.mean()
+    explained = np.abs(rest) < SIGNIFICANT * FLOOR * light.level.mean()
     fit = _Fit(brightness, terms, explained.astype(float), np.ones(len(colour), np.int64))
     trusted = fit.reweighted(guess, FLOOR)
     if not np.isfinite(trusted.deviation(guess)):
@@ -145,7 +144,7 @@ def _inlier_weights(rest: Floats, known: Mask, floor: float) -> Floats:
     known = known if known.any() else np.ones(len(rest), bool)
     centre = float(np.median(rest[known]))
     deviation = robust_sigma(rest[known] - centre)
-    return np.asarray(np.abs(rest - centre) < OUTLYING * max(deviation, floor)).astype(float)
+    return np.asarray(np.abs(rest - centre) < SIGNIFICANT * max(deviation, floor)).astype(float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +172,7 @@ class _Fit:
     @cached_property
     def cap(self) -> float:
         """What a place that no light explains may count at most."""
-        return OUTLYING * FLOOR * self.level
+        return SIGNIFICANT * FLOOR * self.level
 
     def terms(self, guess: _Guess) -> Floats:
         """Return the terms (n, 4 + k), reduced by the unknown albedos.

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from restore.numerics.limits import SINGLE_TINY
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import SIGNIFICANT, robust_sigma
 from restore.runtime.threads import in_bands
 from restore.scan import Floats, Ints, Mask
 from restore.shading.channels import total_of
@@ -42,7 +42,6 @@ ROUNDS = 4  # of Gauss and Newton
 # A camera whose pixels are as large as the cells draws a straight step with stairs of up to half of one, a pixel long.
 STAIRS, STAIR = 0.5, 1  # standard deviation, of the width's logarithm too, and cells to either side
 SPARED = 7  # every seventh cell suffices for the noise
-OUTLYING = 3.0  # standard deviations of the noise: what is darker is ink
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +163,7 @@ class _Shown:
         best, least = np.zeros((2, len(self.at))), np.full(len(self.at), np.inf)
         for shift in np.arange(-MAX_PRIOR, MAX_PRIOR + TRIED, TRIED) * DISPLACED:
             light, _ = self.light(shift, 0.0)
-            rest = np.minimum(np.abs(self.seen / light - 1) / self.noise, OUTLYING)
+            rest = np.minimum(np.abs(self.seen / light - 1) / self.noise, SIGNIFICANT)
             cost = self.summed(rest * rest, ALONG) + (shift / DISPLACED) ** 2
             best[0], least = np.where(cost < least, shift, best[0]), np.minimum(cost, least)
         return best
@@ -188,7 +187,7 @@ class _Shown:
         light, distance = self.light(shift, spread)
         rest = self.seen / light - 1
         slope = -self.contrast * np.exp(-distance * distance / 2) / np.sqrt(2 * np.pi) / light / self.noise
-        slope *= np.abs(rest) < OUTLYING * self.noise
+        slope *= np.abs(rest) < SIGNIFICANT * self.noise
         by_shift, by_spread = slope / (WIDTH * np.exp(spread)), slope * distance
         off, wider = unknowns - expected
         rest = rest / self.noise + by_shift * off + by_spread * wider

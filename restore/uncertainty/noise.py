@@ -7,13 +7,12 @@ from math import asin, cos, sin
 
 import numpy as np
 
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import OUTLYING, robust_sigma
 from restore.range_image.facets.facet_model import SIGNAL_CLASSES, WIDE_RADIUS, signal_classes
 from restore.range_image.facets.quadratic_fit import MIN_SAMPLES
 from restore.range_image.facets.sheet import Sheet
 from restore.scan import Floats
 
-OUTLIER_SIGMAS = 4.0  # residuals beyond are mixed pixels, or creases that were not found
 LAGS = ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (2, 0))  # rows and columns apart, at which residuals are compared
 MAX_CORRELATION = 0.49  # of neighbours: a moving average of two has ½ at most
 
@@ -47,7 +46,7 @@ def estimate_noise(sheet: Sheet, inverse_depth: Floats, signal: Floats | None) -
             sigmas[k] = robust_sigma(members)
     least = float(np.nanmin(sigmas))
     scale = np.where(np.isfinite(sigmas[classes]), sigmas[classes], least)
-    relative = np.where(good & (np.abs(residual) < OUTLIER_SIGMAS * scale), residual / scale, np.nan)
+    relative = np.where(good & (np.abs(residual) < OUTLYING * scale), residual / scale, np.nan)
     variance, along_row, along_column = _solved([_autocovariance(relative, *lag) for lag in LAGS])
     return Noise(scale * np.sqrt(variance), along_row / variance, along_column / variance)
 
