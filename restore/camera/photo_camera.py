@@ -6,6 +6,7 @@ Camera coordinates are x right, y down and z forward; pixels (x right, y down), 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import cv2
@@ -32,7 +33,7 @@ class PhotoCamera:
     vector: Floats
     size: tuple[int, int]
 
-    @property
+    @cached_property
     def rotation(self) -> Floats:
         """Return the camera's axes in the scanner's frame.
 
@@ -65,7 +66,7 @@ class PhotoCamera:
         """
         return np.asarray(1.0 / (points @ self.rotation[2] + self.vector[5]))
 
-    @property
+    @cached_property
     def reach(self) -> float:
         """Squared tangent of the angle to the axis up to which the distortion is one to one."""
         k1, k2, k3 = self.vector[[9, 10, 13]]

@@ -37,7 +37,6 @@ CONFIRMED_STEP = 0.12  # of the logarithm of the gain, from its surroundings: a 
 SURROUNDINGS_MM = 6.0
 REACH_MM = 40.0  # of a contradiction: the blank margins of a sheet, the width of a sleeve
 CONTRADICTED = 0.5  # disagreement: 0 where contrasts are equal, 1 where they are independent
-CONFIRMED = 0.25
 WASHED_OUT = 0.4  # of the contrast that is left under a haze
 DARK = 0.02  # fraction of white: below it the colour of a gain is noise
 COLOUR_LIMIT = 0.25  # of the logarithm: two lamps of two colours on a curved page differ by half as much
@@ -88,9 +87,9 @@ def covered_mask(
     if not both.any():
         return glare
     found = compare(photograph, scan, normals, both, both if resolved is None else resolved)
-    seeds = _sizable(found.contradicted, MIN_MM2)
+    seeds = found.contradicted
     # White paper that is clipped next to a contradiction belongs to the same thing, and hides its print.
-    seeds |= _connected(glare, _grown(seeds, BLEND_MM) & glare)
+    seeds = seeds | _connected(glare, _grown(seeds, BLEND_MM) & glare)
     near = _grown(seeds, REACH_MM)
     confirmed = _opened(found.confirmed, WHOLE_MM)
     covered = _connected(both & ~confirmed & near, seeds)
@@ -110,11 +109,12 @@ def compare(photograph: Floats, scan: Floats, normals: Floats, both: Mask, resol
     both: (h, w), where both pictures show the page.
     resolved: (h, w), where both show its print. Elsewhere print neither contradicts nor confirms.
     """
+    resolved = resolved & both  # nor is what is not resolved part of the contrast next to it
     gains, terms = _log_gains(photograph, scan, both), _light_terms(normals, both)
     level = gains.mean(axis=2)
     lamps = _fitted(level, terms, both)
     grey, scanned_grey = photograph.mean(axis=2) / np.exp(lamps), scan.mean(axis=2)
-    wide, narrow = (_contrasts(grey, scanned_grey, both, width) for width in (WINDOW_MM, NARROW_MM))
+    wide, narrow = (_contrasts(grey, scanned_grey, resolved, width) for width in (WINDOW_MM, NARROW_MM))
     printed = wide.scanned > CONTRAST_FLOOR**2
     colour = gains - level[..., None]
     tint = np.abs([colour[..., k] - _fitted(colour[..., k], terms, both) for k in range(3)]).max(axis=0)
@@ -123,11 +123,17 @@ def compare(photograph: Floats, scan: Floats, normals: Floats, both: Mask, resol
     change = np.maximum(-change / LEVEL_LIMITS[0], change / LEVEL_LIMITS[1])
     field = np.maximum(tint, change)
     step = np.abs(level - lamps - _local(level - lamps, both, SURROUNDINGS_MM))
-    other_print = wide.unlike | (printed & (wide.slope < WASHED_OUT))
-    contradicted = both & ((resolved & other_print) | (field > 1.0))
-    differs = contradicted | narrow.unlike | (tint > CONFIRMED_TINT) | (step > CONFIRMED_STEP)
-    agrees = wide.difference < CONFIRMED * (wide.scanned + wide.seen)
-    return Agreement(contradicted, both & resolved & printed & agrees & ~differs)
+    # What contradicts has half of that likeness left somewhere: contrasts that a crease displaces by a cell or two pass
+    # the limits by a little.
+    other_print, surely = (
+        resolved & ((wide.disagreement > unlike) | (printed & (wide.slope < washed_out)))
+        for unlike, washed_out in ((CONTRADICTED, WASHED_OUT), ((1.0 + CONTRADICTED) / 2, WASHED_OUT / 2))
+    )
+    other = both & (field > 1.0)
+    contradicted = _connected(other_print | other, _sizable(surely | other, MIN_MM2))
+    differs = contradicted | (narrow.disagreement > CONTRADICTED) | (tint > CONFIRMED_TINT) | (step > CONFIRMED_STEP)
+    agrees = wide.difference < CONTRADICTED / 2 * (wide.scanned + wide.seen)
+    return Agreement(contradicted, resolved & printed & agrees & ~differs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,12 +151,12 @@ class Contrasts:
     slope: Floats
 
     @property
-    def unlike(self) -> Mask:
-        """Return where contrasts are independent rather than equal, (h, w).
+    def disagreement(self) -> Floats:
+        """Return 0 where contrasts are equal and 1 where they are independent, (h, w).
 
-        Creases explain less than the difference.
+        Creases explain some of the difference.
         """
-        return np.asarray(self.difference > CONTRADICTED * (self.scanned + self.seen + CONTRAST_FLOOR**2))
+        return np.asarray(self.difference / (self.scanned + self.seen + CONTRAST_FLOOR**2))
 
 
 def _contrasts(photograph: Floats, scan: Floats, both: Mask, width_mm: float) -> Contrasts:

@@ -77,7 +77,7 @@ def test_facets_that_a_lamp_lights_differently_cover_nothing():
     y, x = np.indices(SHAPE)
     slope = 0.6 * np.where((x // 25 + y // 30) % 2, 1.0, -1.0)
     normals = np.stack([slope, np.zeros(SHAPE), np.sqrt(1 - slope**2)], axis=-1)
-    lit = (0.5 + 0.5 * (normals @ [0.6, 0.0, 0.8]))[..., None]
+    lit = (0.2 + 0.8 * (normals @ [0.6, 0.0, 0.8]))[..., None]
     assert not found_in(photographed(printed(), lit), printed(), everywhere(), everywhere(), normals).any()
     assert found_in(photographed(printed(), lit), printed(), everywhere(), everywhere()).any()  # as on a flat page
 
@@ -151,6 +151,13 @@ def test_a_fleck_of_less_than_a_millimetre_is_no_cover():
     seen = printed()
     seen[120, 100] *= 0.5
     assert not found_in(photographed(seen), printed(), everywhere(), everywhere()).any()
+
+
+def test_a_crease_that_is_displaced_by_two_cells_covers_nothing():
+    """Blank paper, one leaf a third darker than the other; the step is two cells farther in the photograph."""
+    x = np.indices(SHAPE)[1]
+    page, seen = (np.ones((*SHAPE, 3)) * PAPER * np.where(x < at, 1.0, 0.67)[..., None] for at in (100, 102))
+    assert not found_in(photographed(seen), page, everywhere(), everywhere()).any()
 
 
 def test_where_the_scanner_saw_nothing_the_nearest_place_that_it_saw_decides():
