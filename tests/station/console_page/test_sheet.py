@@ -265,3 +265,10 @@ def test_axe_finds_nothing(sheet, canned, axe, look):
     page.keyboard.press("F2")
     page.locator(".leaf-label:focus").wait_for()
     assert violations(page, axe) == []
+    page.keyboard.press("Escape")
+    for key in ("#", "+"):
+        page.locator(".sheet-sizer:focus").wait_for()
+        page.keyboard.press(key)
+        page.get_by_role("dialog").wait_for()
+        assert violations(page, axe) == []
+        page.keyboard.press("Escape")
