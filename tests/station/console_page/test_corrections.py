@@ -106,6 +106,7 @@ def test_the_version_of_another_window_is_shown_next_to_this_one(tool, canned):
     page, _ = tool("s", "Spine")
     tags = refuse_first(page, canned, edits=THEIRS, sources=[{"source": "page", "edits": THEIRS}])
     page.keyboard.press("2")
+    draft(page).get_by_text("Split (2) instead of").wait_for()
     page.keyboard.press("Enter")
     draft(page).get_by_text("yours Split (2), theirs Left only (1)").wait_for()
     page.keyboard.press("Enter")  # chooses neither
@@ -120,6 +121,7 @@ def test_the_version_of_another_window_can_be_taken(tool, canned):
     page, panel = tool("s", "Spine")
     tags = refuse_first(page, canned, edits=THEIRS, sources=[{"source": "page", "edits": THEIRS}])
     page.keyboard.press("2")
+    draft(page).get_by_text("Split (2) instead of").wait_for()
     page.keyboard.press("Enter")
     draft(page).get_by_role("button", name="Take theirs").click()
     panel.get_by_text("Layout: Left only (1), from this page.", exact=True).wait_for()
@@ -268,6 +270,7 @@ def test_a_correction_is_applied_to_left_leaves_of_pages_by_number(tool):
     page, _ = tool("l", "Light")
     asked = plan_with(page, pages=[2, 4])
     page.keyboard.press("2")
+    draft(page).get_by_role("listitem").first.wait_for()
     page.keyboard.press("a")
     dialog = page.get_by_role("dialog")
     dialog.get_by_role("radio", name="pages by number", exact=True).check()
