@@ -10,7 +10,8 @@ from station.console.shown_pages.units import UNITS
 from station.console.vendored import PAGE
 from station.verdict.checks import CHECKS
 
-TABLE = json.loads((PAGE / "strings.json").read_text("utf-8"))
+TEXT = (PAGE / "strings.json").read_text("utf-8")
+TABLE = json.loads(TEXT)
 SOURCES = {path.name: path.read_text("utf-8") for path in (PAGE / "js").rglob("*.js")}
 ALL = "\n".join(SOURCES.values())
 LITERALS = set(re.findall(r'"([a-z][\w]*(?:\.[\w]+)*)"', ALL))
@@ -25,6 +26,11 @@ def is_used(key: str) -> bool:
 
 def places(text: str) -> set[str]:
     return set(re.findall(r"\{\w+\}", text))
+
+
+def test_no_key_is_there_twice():
+    keys = [key for key, _ in json.loads(TEXT, object_pairs_hook=list)]
+    assert sorted(keys) == sorted(TABLE)
 
 
 def test_every_text_has_both_languages_with_the_same_places():
