@@ -123,7 +123,7 @@ class Camera:
         """A prepared sheet of these facets (rows, cols, 3), with a texture pixel for each sample."""
         rows, cols = self.indices
         inside = np.ones(self.shape, bool) if inside is None else inside
-        still, pixels = np.zeros(2), np.dstack([cols, rows])
+        still, pixels = np.zeros((*inside.shape, 2)), np.dstack([cols, rows])
         return Sheet(self.rays, inside, inside, planes, still, MIN_NOISE, pixels, self.shot(planes[..., 0]))
 
 

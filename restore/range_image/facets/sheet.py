@@ -35,7 +35,7 @@ class Sheet:
     inside: (rows, cols), True on the sheet, interior holes included.
     measured: (rows, cols), True where the surface was measured and not filled in.
     planes: (rows, cols, 3), inverse depth and its change per column and per row.
-    scatter: (2,), variance of the change per column and of that per row, (1/mm)².
+    scatter: (rows, cols, 2), variance of the change per column and of that per row, (1/mm)².
     noise: standard deviation of one measured sample, 1/mm.
     pixels: (rows, cols, 2), texture position of every grid position.
     scan: the source of the surface, with its texture and provenance.
@@ -290,6 +290,6 @@ def _path_lengths(
             way += _distance(rm, cm, _along(wb, -sb, turn_b, 1.0 - t), rb, cb, wb, lens)
             # A depth that scatters by ε makes the way √(across² + (deep + ε)²) longer by ε² · across² / (2 · way³).
             across2 = max(way * way - (1.0 / wb - 1.0 / wa) ** 2, 0.0)
-            epsilon2 = (dc * dc * scatter[0] + dr * dr * scatter[1]) / (wa * wb) ** 2
+            epsilon2 = (dc * dc * scatter[i, j, 0] + dr * dr * scatter[i, j, 1]) / (wa * wb) ** 2
             length += way - 0.5 * epsilon2 * across2 / (way * way * way + TINY)
         lengths[e] = length

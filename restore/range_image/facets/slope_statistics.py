@@ -21,6 +21,8 @@ MOST = 12.0  # medians of the squares: a bend that was not found to be a crease;
 KEPT = 0.876  # of the mean square of normal noise have those within: at MOST medians, the distribution function of χ²
 # with three degrees of freedom over that with one
 LINES = 4  # from row to row that is looked at: windows in between have mostly the same samples
+AVERAGED = 61  # samples along a row, and the same across in every LINES-th: the square of which the mean is taken
+OF_PAGE = 25.0  # squares by which the mean of the whole page counts besides
 FULL = 1.0 - 1e-6  # fraction of a window
 
 
@@ -29,22 +31,52 @@ def slope_variances(slope: Floats, sound: Mask, radius: int = WIDE_RADIUS) -> Fl
 
     slope: (rows, cols, 2), of facets.
     sound: (rows, cols), those in the centre of whole windows of a radius, samples.
-    Returns (2,), 0 on a page too narrow for a third difference.
+    Returns (rows, cols, 2), 0 on a page too narrow for a third difference.
     """
-    apart = 2 * radius + 1
-    across = _along_rows(slope[::LINES, :, 0], sound[::LINES], apart)
-    down = _along_rows(slope[:, ::LINES, 1].T, sound[:, ::LINES].T, apart)
-    return np.array([across, down])
+    across = _along_rows(slope[..., 0], sound, 2 * radius + 1)
+    down = _along_rows(slope[..., 1].T, sound.T, 2 * radius + 1).T
+    return np.stack([across, down], axis=-1)
 
 
-def _along_rows(slope: Floats, sound: Mask, apart: int) -> float:
-    """Return the variance of a slope (rows, cols) along the rows, without what is not noise."""
+def _along_rows(slope: Floats, sound: Mask, apart: int) -> Floats:
+    """Return the variance (rows, cols) of the slope along the rows.
+
+    Every row has that of the last row which was evaluated.
+    """
+    found = _averaged(_squares_along_rows(slope[::LINES], sound[::LINES], apart))
+    return np.repeat(found, LINES, axis=0)[: len(slope)]
+
+
+def _squares_along_rows(slope: Floats, sound: Mask, apart: int) -> Floats:
+    """Return squared third differences along rows, as slope variances.
+
+    Returns (rows, cols), NaN next to invalid slopes.
+    """
     known = np.where(sound, slope, np.nan)
     first, second = known[:, : -3 * apart], known[:, apart : -2 * apart]
     third, fourth = known[:, 2 * apart : -apart], known[:, 3 * apart :]
-    squares = (first - 3.0 * second + 3.0 * third - fourth) ** 2 / SQUARED
-    squares = squares[np.isfinite(squares)]
-    return float(squares[squares <= MOST * np.median(squares)].mean() / KEPT) if squares.size else 0.0
+    squares, start = np.full(slope.shape, np.nan), 3 * apart // 2
+    squares[:, start : start + first.shape[1]] = (first - 3.0 * second + 3.0 * third - fourth) ** 2 / SQUARED
+    return squares
+
+
+def _averaged(squares: Floats) -> Floats:
+    """Return the mean of the squares round every sample, (rows, cols).
+
+    Those that are not noise are left out.
+    """
+    known = np.isfinite(squares)
+    if not known.any():
+        return np.zeros(squares.shape)
+    known &= squares <= MOST * np.median(squares[known])
+    mean = float(squares[known].mean())
+    total, count = (
+        cv2.boxFilter(
+            values, cv2.CV_64F, (AVERAGED, AVERAGED // LINES), normalize=False, borderType=cv2.BORDER_CONSTANT
+        )
+        for values in (np.where(known, squares, 0.0), known.astype(float))
+    )
+    return np.asarray((total + OF_PAGE * mean) / (count + OF_PAGE) / KEPT)
 
 
 def unbiased(slope: Floats, sound: Mask, radius: int = WIDE_RADIUS) -> Floats:
