@@ -3,6 +3,7 @@
 from contextlib import nullcontext
 
 import numpy as np
+import pytest
 
 from drivers.simulated import Curl, Spread, shoot
 from restore import Settings
@@ -28,6 +29,7 @@ def test_the_same_seed_gives_the_same_displacements():
     assert np.abs(one.noise - other.noise).max() > 0.0
 
 
+@pytest.mark.slow
 def test_a_gutter_may_be_wrong_by_a_step_and_a_curl_has_no_crease():
     at_crease = []
     for sheet in (Spread(slope_deg=60.0, reach_mm=16.0), Curl(radius_mm=90.0)):

@@ -35,6 +35,7 @@ def test_the_patterns_are_numbered_in_order(drawn):
     assert json.loads((drawn / "patterns.json").read_text()) == {"projector": [240, 150], "patterns": 34}
 
 
+@pytest.mark.slow
 def test_captures_of_the_patterns_become_a_page(drawn, tmp_path, capsys):
     simulated = build_rig(Wave(wavelength_mm=90.0), Text(seed=3), PLAN, page_mm=PAGE_MM)
     shown = [np.array(Image.open(drawn / f"pattern_{number:02d}.png"))[..., 0] for number in range(34)]

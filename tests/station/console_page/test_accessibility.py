@@ -85,7 +85,7 @@ class Look:
         return str(TABLE[key][LANGUAGES.index(self.language)].format(**values))
 
 
-@pytest.fixture(params=LOOKS, ids="-".join)
+@pytest.fixture(params=[LOOKS[0], pytest.param(LOOKS[1], marks=pytest.mark.slow)], ids="-".join)
 def look(request: pytest.FixtureRequest) -> Look:
     return Look(*request.param)
 

@@ -255,7 +255,7 @@ def test_the_order_that_another_window_made_meanwhile_is_shown_next_to_this_one(
     assert [one.name for one in leaves_of(served.app_state.opened().session)] == ["3", "1", "2"]
 
 
-@pytest.mark.parametrize("look", [("dark", "en"), ("light", "de")], ids="-".join)
+@pytest.mark.parametrize("look", [("dark", "en"), pytest.param(("light", "de"), marks=pytest.mark.slow)], ids="-".join)
 def test_axe_finds_nothing(sheet, canned, axe, look):
     canned.leaves[2] |= {"left_out": True, "missing": ["[3]"], "same": ["2"]}
     page = sheet(theme=look[0], language=look[1])

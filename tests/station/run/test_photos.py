@@ -105,6 +105,7 @@ def test_photographs_of_nothing_are_refused(noise, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_photographs_from_one_place_are_refused(photographs, tmp_path, capsys):
     pytest.importorskip("pycolmap")
     rng = np.random.default_rng(2)
