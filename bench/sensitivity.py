@@ -1,8 +1,8 @@
 """`python -m bench.sensitivity [--seed S] [--only WORD]`: which tuned constants of a scan's default path matter.
 
 Each is halved and doubled in a process of its own, with what follows from it, and kernels that read it are compiled
-anew. Measured are, on fresh sheets, the errors of layout and of size, the light that is left on paper, and the samples
-of table scenes that are lost or foreign. A line tells by how much the worst of these figures changed, in per cent of
+again. Measured are, on fresh sheets, the errors of layout and of size, the light that is left on paper, and the samples
+of table scenes that are lost or foreign. A line shows by how much the worst of these figures changed, in per cent of
 its value; one that matters halved is not doubled. At last those that changed nothing by more than SAME are named.
 """
 
@@ -105,7 +105,7 @@ def changed(before: dict[str, list[float]], after: dict[str, list[float]]) -> di
 
 
 def scale_constant(sources: Sources, constant: Symbol, factor: float) -> None:
-    """Multiply a constant wherever its value, or one that follows from it, is held; kernels are compiled anew."""
+    """Multiply a constant wherever its value, or one that follows from it, is held; kernels are compiled again."""
     for module, name in [constant, *sources.following_from(constant)]:
         held = sys.modules.get(dotted(module))
         if held is None:

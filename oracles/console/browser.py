@@ -81,6 +81,6 @@ def violations(page: Page, axe: str) -> list[str]:
     ]
 
 
-def told_by_server(page: Page, path: str) -> dict[str, Any]:
+def server_answer(page: Page, path: str) -> dict[str, Any]:
     """What the server of a window answers to it."""
     return dict(page.evaluate("async (path) => (await import('/page/js/api.js')).get(path)", path))

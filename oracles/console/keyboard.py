@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from oracles.console.browser import told_by_server
+from oracles.console.browser import server_answer
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -126,10 +126,8 @@ def _worked(keyboard: Keyboard, number: int, is_moved: bool) -> Worked:
 def _captured(keyboard: Keyboard, number: int, key: str) -> Mapping[str, Any]:
     """Press a key that captures, and return the row of the page when it is checked."""
     page = keyboard.page
-    _wait_until(page, lambda: _is_ready(told_by_server(page, "/api/state")["scanner"]))
-    before = next(
-        (row["restore"] for row in told_by_server(page, "/api/pages")["pages"] if row["page"] == number), None
-    )
+    _wait_until(page, lambda: _is_ready(server_answer(page, "/api/state")["scanner"]))
+    before = next((row["restore"] for row in server_answer(page, "/api/pages")["pages"] if row["page"] == number), None)
     keyboard.press(key)
     return _judged(page, number, before)
 
@@ -138,7 +136,7 @@ def _judged(page: Page, number: int, before: int | None) -> Mapping[str, Any]:
     """Return the row of a page when it is restored again and checked."""
 
     def checked() -> Mapping[str, Any] | None:
-        rows = [row for row in told_by_server(page, "/api/pages")["pages"] if row["page"] == number]
+        rows = [row for row in server_answer(page, "/api/pages")["pages"] if row["page"] == number]
         is_done = rows and not rows[0]["busy"] and rows[0]["level"] and rows[0]["restore"] != before
         return rows[0] if is_done else None
 
@@ -157,6 +155,6 @@ def _wait_until(page: Page, come: Callable[[], Any]) -> Any:
     deadline = time.monotonic() + WAIT_MS / 1000
     while not (found := come()):
         if time.monotonic() > deadline:
-            raise TimeoutError(f"nothing came within {WAIT_MS / 1000:g} s: {told_by_server(page, '/api/state')}")
+            raise TimeoutError(f"nothing came within {WAIT_MS / 1000:g} s: {server_answer(page, '/api/state')}")
         page.wait_for_timeout(POLL_MS)
     return found

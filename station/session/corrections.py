@@ -57,7 +57,7 @@ def layers_of(session: Session, page: Page, rules: Sequence[Rule] | None = None)
 
 
 def is_corrected(session: Session, page: Page) -> bool:
-    """Return whether a rule or an operator corrects a page, besides its preset."""
+    """Return whether a rule or an operator corrects a page, apart from its preset."""
     return any(source != PRESET for source, _ in layers_of(session, page))
 
 

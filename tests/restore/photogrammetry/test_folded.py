@@ -16,7 +16,7 @@ from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.reconstruct import MAX_STRETCH
 from restore.photogrammetry.surface import grid_places
 
-KEPT = 0.002  # of the area: a third of what is told of
+KEPT = 0.002  # of the area: a third of what is reported
 LOST_MM = 0.25  # of the length over a crease, that is prolonged to over 2.4 mm from both sides
 SPREAD = Spread(slope_deg=58.0, reach_mm=30.0)
 FOLDS = MultiFold()

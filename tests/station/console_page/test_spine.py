@@ -11,7 +11,7 @@ import pytest
 from scipy.interpolate import griddata
 
 from drivers.simulated import Facing, Opening, Truth, shoot
-from oracles.console.browser import told_by_server, window
+from oracles.console.browser import server_answer, window
 from oracles.console.process import Console
 from restore import RangeScan
 from station.session import Volume, add_scan, create_session, open_session
@@ -51,8 +51,8 @@ def restored(page: Any) -> dict[str, Any]:
 
     def found() -> dict[str, Any] | None:
         page.wait_for_timeout(200)  # the restoration has the processor
-        told = told_by_server(page, "/api/pages/1/edits")
-        return told if told["restore"] and not told["outdated"] else None
+        answer = server_answer(page, "/api/pages/1/edits")
+        return answer if answer["restore"] and not answer["outdated"] else None
 
     return dict(wait_for(found, "the restoration", within=WAIT_MS / 1000))
 

@@ -154,7 +154,7 @@ def test_a_rule_is_planned_without_being_recorded_and_names_the_pages_that_keep_
 
 
 def test_a_rule_takes_the_place_of_a_pages_own_corrections_and_gives_it_back(opened):
-    """One step, and one undo. What the page has besides stays, and its tag changes."""
+    """One step, and one undo. The other corrections of the page stay, and its tag changes."""
     capture = shoot(opened)["capture"]
     own = {"layout": "whole", "parts": {"page": {"turn": 3}}}
     tag = put(opened, own, capture).json()["tag"]
