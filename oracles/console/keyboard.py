@@ -21,6 +21,8 @@ FOCUSED = """() => {
   const label = one.labels?.[0]?.querySelector("strong") ?? one.querySelector(".button-text, span");
   return (label?.textContent || one.ariaLabel || one.textContent || "").trim();
 }"""
+HINDRANCE = "async (action) => (await import('/page/js/actions.js')).reason(action)"
+CURRENT = "async () => (await import('/page/js/store.js')).current()?.page"
 DELIVERED = ("BagIt", "METS", "IIIF", "PDF/A")  # in the order of the screen
 
 
@@ -108,7 +110,7 @@ def _worked(keyboard: Keyboard, number: int, is_moved: bool) -> Worked:
     start, what = time.monotonic(), "plain"
     row = _captured(keyboard, number, " ")
     if row["level"] == "red":
-        what, row = "again", _captured(keyboard, number, "r")
+        what, row = "again", _captured(keyboard, number, "r", "again")
     if is_moved or row["asks"]:
         what = "spine" if is_moved else "layout"
         keyboard.press("s")
@@ -118,15 +120,17 @@ def _worked(keyboard: Keyboard, number: int, is_moved: bool) -> Worked:
         keyboard.press("Enter")
         row = _judged(keyboard.page, number, row["restore"])
         keyboard.press("s")
+    _wait_until_able(keyboard.page, "accept")
     keyboard.press("Enter")
     keyboard.page.locator(f"#strip-{number}[aria-label*=accepted]").wait_for(timeout=WAIT_MS)
     return Worked(number, what, keyboard.count, len(row["parts"]), time.monotonic() - start)
 
 
-def _captured(keyboard: Keyboard, number: int, key: str) -> Mapping[str, Any]:
+def _captured(keyboard: Keyboard, number: int, key: str, action: str = "capture") -> Mapping[str, Any]:
     """Press a key that captures, and return the row of the page when it is checked."""
     page = keyboard.page
-    _wait_until(page, lambda: _is_ready(server_answer(page, "/api/state")["scanner"]))
+    _wait_until(page, lambda: server_answer(page, "/api/state")["scanner"]["connected"])
+    _wait_until_able(page, action)
     before = next((row["restore"] for row in server_answer(page, "/api/pages")["pages"] if row["page"] == number), None)
     keyboard.press(key)
     return _judged(page, number, before)
@@ -142,12 +146,14 @@ def _judged(page: Page, number: int, before: int | None) -> Mapping[str, Any]:
 
     row: Mapping[str, Any] = _wait_until(page, checked)
     page.locator(f"#strip-{number}[data-level={row['level']}]:not([data-busy])").wait_for(timeout=WAIT_MS)
+    _wait_until(page, lambda: page.evaluate(CURRENT) == number)  # keys act on the page that the window looks at
     page.locator(".page-screen .light").first.wait_for(timeout=WAIT_MS)
     return row
 
 
-def _is_ready(scanner: Mapping[str, Any]) -> bool:
-    return bool(scanner["connected"]) and scanner["busy"] is None
+def _wait_until_able(page: Page, action: str) -> None:
+    """Wait until the window takes an action: it hears of the server's state later than a question to the server."""
+    _wait_until(page, lambda: page.evaluate(HINDRANCE, action) == "")
 
 
 def _wait_until(page: Page, come: Callable[[], Any]) -> Any:

@@ -54,7 +54,8 @@ async function route() {
   const [name, argument] = address();
   for (const [one, link] of links) set(link, "aria-current", one === name ? "page" : null);
   document.title = `${t(`screen.${name}`)} · Planish`;
-  if (!shown.has(name)) shown.set(name, (await import(`./screens/${name}.js`)).default());
+  const { default: make } = await import(`./screens/${name}.js`);
+  if (!shown.has(name)) shown.set(name, make()); // two routes may have waited for it
   if (address()[0] !== name) return; // another one was asked for meanwhile
   const screen = shown.get(name);
   if (main.firstChild !== screen.element) {
