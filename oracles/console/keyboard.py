@@ -105,6 +105,11 @@ def deliver(page: Page) -> int:
     return keyboard.count
 
 
+def wait_until_current(page: Page, number: int) -> None:
+    """Wait until the window's keys act on a page. Raises TimeoutError."""
+    _wait_until(page, lambda: page.evaluate(CURRENT) == number)
+
+
 def _worked(keyboard: Keyboard, number: int, is_moved: bool) -> Worked:
     """Capture an opening, and do what the station asks for, until it is accepted."""
     start, what = time.monotonic(), "plain"
@@ -146,7 +151,7 @@ def _judged(page: Page, number: int, before: int | None) -> Mapping[str, Any]:
 
     row: Mapping[str, Any] = _wait_until(page, checked)
     page.locator(f"#strip-{number}[data-level={row['level']}]:not([data-busy])").wait_for(timeout=WAIT_MS)
-    _wait_until(page, lambda: page.evaluate(CURRENT) == number)  # keys act on the page that the window looks at
+    wait_until_current(page, number)
     page.locator(".page-screen .light").first.wait_for(timeout=WAIT_MS)
     return row
 

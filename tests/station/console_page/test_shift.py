@@ -11,6 +11,7 @@ import psutil
 import pytest
 
 from oracles.console.browser import window
+from oracles.console.keyboard import wait_until_current
 from oracles.console.process import Console
 from station.session import read_session
 from station.session.overview import overview
@@ -41,6 +42,7 @@ def judged(page: Page, number: int) -> str:
 
 
 def accept(page: Page, number: int) -> None:
+    wait_until_current(page, number)
     page.keyboard.press("Enter")
     page.wait_for_selector(f"#strip-{number}[aria-label*=accepted]")
 
