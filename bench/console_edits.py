@@ -1,8 +1,9 @@
 """`python -m bench.console_edits`: corrections through HTTP, from the request to the new picture.
 
 A FINE opening in a session of a served station: light, rotation, crop, outline, area and spine, each until the picture
-of its restoration has been sent; undo and redo, which compute nothing; a rule over 300 pages. The load of the machine
-is printed, too: with others at work the figures say little.
+of its restoration has been sent; undo and redo, which compute nothing; a rotation after another page was restored, of
+which nothing is kept; a rule over 300 pages. The load of the machine is printed, too: with others at work the figures
+say little.
 """
 
 from __future__ import annotations
@@ -41,6 +42,9 @@ def main() -> int:
             browser.post("/api/sessions/book/open").raise_for_status()
             wait_for(lambda: is_restored(browser))
             time_corrections(browser, size)
+            browser.post("/api/sessions/two/open").raise_for_status()
+            wait_for(lambda: is_restored(browser, 2))
+            report("rotation, other page", lambda: correct(browser, both({"rotate_deg": 0.5})))
             browser.post("/api/sessions/many/open").raise_for_status()
             rule = {"scope": {"captures": "all"}, "edits": {"parts": {"page": {"turn": 1}}}}
             report(f"rule over {PAGES} pages", lambda: browser.post("/api/rules", json=rule).raise_for_status())
@@ -48,10 +52,10 @@ def main() -> int:
 
 
 def make_sessions(folder: Path) -> tuple[int, int]:
-    """Make a session of one opening and one of PAGES scans; return width and height of the opening's picture, px."""
+    """Make sessions of an opening, of two, and of PAGES scans; return the size of the picture, px."""
     scan, _ = shoot(Opening(), Facing(left_mm=PAGE_MM[0] / 2, seed=1), mode="fine", page_mm=PAGE_MM)
     values = load_preset("book").model_dump(mode="json", exclude_none=True)
-    for name, scans in (("book", [scan]), ("many", [tiny_scan(1)] * PAGES)):
+    for name, scans in (("book", [scan]), ("two", [scan] * 2), ("many", [tiny_scan(1)] * PAGES)):
         create_session(folder / name, Volume(title=name, preset_values=values))
         with open_session(folder / name) as writer:
             for one in scans:
@@ -108,9 +112,9 @@ def show(browser: httpx.Client) -> None:
     browser.get(f"/api/pictures/{page['restore']}/{leaf['prefix']}page/full").raise_for_status()
 
 
-def is_restored(browser: httpx.Client) -> bool:
-    """Whether the first page is restored as it is corrected now."""
-    return browser.get(EDITS).json()["outdated"] is False
+def is_restored(browser: httpx.Client, page: int = 1) -> bool:
+    """Whether a page is restored as it is corrected now."""
+    return browser.get(f"/api/pages/{page}/edits").json()["outdated"] is False
 
 
 def wait_for(condition: Callable[[], bool]) -> None:

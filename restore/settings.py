@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
+Method = Literal["isometric", "sticks", "springs", "conformal", "applicable"]
 MIN_POINTS = 50  # a page of fewer has no interior points
 
 
@@ -24,9 +25,7 @@ class Settings(BaseModel):
 
     points: int = Field(1000, ge=0, le=400_000, description="points that the sheet is reduced to, 0 for all")
     dpi: float = Field(150.0, ge=30, le=1200, description="pixels of the page for one inch of paper")
-    method: Literal["isometric", "sticks", "springs", "conformal", "applicable"] = Field(
-        "isometric", description="how the sheet is flattened"
-    )
+    method: Method = Field("isometric", description="how the sheet is flattened")
     shading: Literal["keep", "remove"] = Field("keep", description="keep or remove light and shadow")
     white_balance: Literal["keep", "paper"] = Field(
         "keep", description="keep the colour of the light, or make bare paper neutral"

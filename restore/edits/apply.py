@@ -13,7 +13,7 @@ from restore.edits.polygons import checked_polygon, inside_polygon, within_image
 from restore.errors import BadInput, NotEnoughSurface
 from restore.findings import Finding
 from restore.layout.crease import Crease
-from restore.layout.find import Inspected, inspect, untimed
+from restore.layout.find import Inspected, inspect
 from restore.layout.finding import BookPrior
 from restore.layout.leaves import Leaves, leaves_of
 from restore.layout.split import range_image_of
@@ -46,7 +46,7 @@ def correct_leaves(
     >>> list(correct_leaves(scan, PageEdits(layout="whole")).parts)
     ['page']
     """
-    return edited_leaves(inspect(scan, settings or Settings(), untimed, prior), edits)
+    return edited_leaves(inspect(scan, settings or Settings(), prior), edits)
 
 
 def edited_leaves(inspected: Inspected, edits: PageEdits) -> Leaves:

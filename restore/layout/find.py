@@ -19,12 +19,13 @@ from restore.layout.flattened import FlattenedSheet
 from restore.layout.spine import PER_MM, Spine, find_spine, tilt_map
 from restore.page import FlatMesh
 from restore.prepared.prepare import prepare
-from restore.prepared.prepared import Clock, Prepared, Unrolled
+from restore.prepared.prepared import Prepared, Unrolled
 from restore.prepared.refine import interpolate_flat_positions
 from restore.prepared.separate import SeparateSheet, find_sheets
 from restore.range_image.facets.sheet import Sheet
 from restore.range_image.hidden_gutter import find_hidden_gutter
 from restore.runtime.arguments import checks_types
+from restore.runtime.kept import keep_result
 from restore.scan import Floats, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
 from restore.texture.page import MM_PER_INCH, page_map
@@ -62,7 +63,7 @@ def find_layout(scan: RangeScan | SurfaceMesh | ScannedSheet, prior: BookPrior |
     >>> finding.advice, finding.is_spine, [round(width, -1) for width in finding.widths_mm]
     ('split', 'sure', [100.0, 100.0])
     """
-    return inspect(scan, Settings(), untimed, prior).finding
+    return inspect(scan, Settings(), prior).finding
 
 
 @contextmanager
@@ -72,22 +73,24 @@ def untimed(_stage: str) -> Iterator[None]:
 
 
 def inspect(
-    scan: RangeScan | SurfaceMesh | ScannedSheet, settings: Settings, clock: Clock, prior: BookPrior | None = None
+    scan: RangeScan | SurfaceMesh | ScannedSheet, settings: Settings, prior: BookPrior | None = None
 ) -> Inspected:
-    """Find the layout of a scan, with the sheets found on the way.
+    """Find the layout of a scan, with the sheets found on the way, flattened.
 
-    They are flattened; clock(stage) times the stages.
+    A process that keeps results does so once for a scan.
     """
-    with clock("prepare"):
-        sheets = find_sheets(scan)
-        leaves = [sheet for sheet in sheets if sheet.part]
-        if leaves:
-            return Inspected(_hidden(leaves), sheets)
-        largest = max(sheets, key=lambda sheet: sheet.size)
-        prepared = prepare(largest)
-    unrolled = prepared.unroll(settings, clock)
-    with clock("layout"):
-        finding, crease = look(prepared, unrolled, prior)
+    return keep_result(_inspect, scan, settings, prior)
+
+
+def _inspect(scan: RangeScan | SurfaceMesh | ScannedSheet, settings: Settings, prior: BookPrior | None) -> Inspected:
+    sheets = find_sheets(scan)
+    leaves = [sheet for sheet in sheets if sheet.part]
+    if leaves:
+        return Inspected(_hidden(leaves), sheets)
+    largest = max(sheets, key=lambda sheet: sheet.size)
+    prepared = prepare(largest)
+    unrolled = prepared.unroll(settings, untimed)
+    finding, crease = look(prepared, unrolled, prior)
     if prepared.on_grid is None:
         return Inspected(finding, sheets, largest)
     flattened = FlattenedSheet(prepared.on_grid, prepared.is_one_shot, unrolled=unrolled, settings=settings)

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from restore.findings import Finding
 from restore.layout.decide import PRINT
-from restore.layout.find import Inspected, inspect, untimed
+from restore.layout.find import Inspected, inspect
 from restore.layout.finding import Advice, BookPrior, LayoutFinding
 from restore.layout.split import OVERLAP_MM, split_at_crease
 from restore.prepared.separate import SeparateSheet
@@ -61,7 +61,7 @@ def find_leaves(
     >>> leaves.finding.advice, list(leaves.parts)
     ('whole', ['page'])
     """
-    return leaves_of(inspect(scan, settings or Settings(), untimed, prior), layout, overlap_mm)
+    return leaves_of(inspect(scan, settings or Settings(), prior), layout, overlap_mm)
 
 
 def leaves_of(inspected: Inspected, layout: Layout, overlap_mm: float = OVERLAP_MM) -> Leaves:

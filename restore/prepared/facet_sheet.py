@@ -24,9 +24,10 @@ from restore.prepared.prepared import Clock, KindsOfRows, Prepared, Unrolled, sq
 from restore.prepared.refine import interpolate_flat_positions, refine, subdivide
 from restore.range_image.facets.normals import facet_normals
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
+from restore.runtime.kept import keep_result, keeps_results
 from restore.runtime.rows import Rows
-from restore.scan import Bytes, Floats, Mask, SurfaceMesh
-from restore.settings import Settings
+from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
+from restore.settings import Method, Settings
 from restore.texture.coverage import CoverageClass
 from restore.texture.occlusion import viewpoint
 from restore.texture.page import PageMap, page_map, rasterise_on_page
@@ -59,10 +60,20 @@ class FacetSheet(Prepared):
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
         """Return the flat page.
 
-        Decimated, flattened by the lengths of the facets, refined and made straight.
+        Decimated, flattened by the lengths of the facets, refined and made straight. A process that keeps results does
+        so once for a sheet.
         """
+        return rotated(_unrolled(self.as_scanned, settings, clock, on_step), self.rotate_deg)
+
+    @property
+    def as_scanned(self) -> FacetSheet:
+        """The sheet without what is done by hand to the flat page."""
+        return FacetSheet(self.sheet, self.is_one_shot)
+
+    def flat_page(self, settings: Settings, clock: Clock, on_step: OnStep | None) -> Unrolled:
+        """Return the flat page before it is rotated by hand."""
         unrolled = unroll(self.sheet, settings, clock, on_step)
-        return rotated(unrolled if self.is_one_shot else upright_as_textured(unrolled), self.rotate_deg)
+        return unrolled if self.is_one_shot else upright_as_textured(unrolled)
 
     @property
     def on_grid(self) -> Sheet:
@@ -165,6 +176,26 @@ def rotated(page: Unrolled, degrees: float) -> Unrolled:
     turn = np.array([[cos, -sin], [sin, cos]])
     coarse, fine = (replace(mesh, flat=mesh.flat @ turn) for mesh in (page.coarse, page.fine))
     return replace(page, coarse=coarse, fine=fine)
+
+
+def _unrolled(sheet: FacetSheet, settings: Settings, clock: Clock, on_step: OnStep | None) -> Unrolled:
+    if not keeps_results():
+        return sheet.flat_page(settings, clock, on_step)
+    page, steps = keep_result(_page_and_steps, sheet, settings.points, settings.method, aside=(clock,))
+    if on_step is not None:
+        for step in steps:
+            on_step(*step)
+    return page
+
+
+def _page_and_steps(
+    sheet: FacetSheet, points: int, method: Method, clock: Clock
+) -> tuple[Unrolled, list[tuple[int, Floats, Ints]]]:
+    """The flat page, and what a watcher of its flattening sees."""
+    steps = list[tuple[int, Floats, Ints]]()
+    settings = Settings(points=points, method=method)
+    page = sheet.flat_page(settings, clock, lambda step, positions, faces: steps.append((step, positions, faces)))
+    return page, steps
 
 
 def no_sides(_page: PageOnGrid) -> Mapping[Side, Line]:

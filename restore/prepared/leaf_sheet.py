@@ -19,7 +19,7 @@ from restore.mesh.measures import straight_lengths
 from restore.mesh.topology import Topology
 from restore.outline.sides import Line, Side
 from restore.page import FlatMesh
-from restore.prepared.facet_sheet import FacetSheet, rotated, unroll
+from restore.prepared.facet_sheet import FacetSheet, unroll
 from restore.prepared.prepared import Clock, KindsOfRows, Unrolled
 from restore.prepared.refine import interpolate_flat_positions
 from restore.prepared.separate import LeafSpine
@@ -45,10 +45,14 @@ class LeafSheet(FacetSheet):
     spine: LeafSpine = field(kw_only=True)
     side: Part = field(kw_only=True)
 
-    def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
+    @property
+    def as_scanned(self) -> LeafSheet:
+        """The leaf without what is done by hand to its flat page."""
+        return LeafSheet(self.sheet, self.is_one_shot, spine=self.spine, side=self.side)
+
+    def flat_page(self, settings: Settings, clock: Clock, on_step: OnStep | None) -> Unrolled:
         """The flat leaf, its side at the spine given, with the strip of the facing page."""
-        page = self._with_strip(unroll(self.sheet, settings, clock, on_step, given=self._spine_side))
-        return rotated(page, self.rotate_deg)
+        return self._with_strip(unroll(self.sheet, settings, clock, on_step, given=self._spine_side))
 
     def with_noise(self) -> Sheet | str:
         """Return the reason: the line of the spine has errors that are not estimated."""

@@ -31,6 +31,7 @@ from restore.range_image.holes import holes_to_mesh, holes_to_table
 from restore.range_image.remove_table import page_and_table
 from restore.range_image.resample import resample
 from restore.range_image.segmentation.segment import SegmentedScan, find_sheet, largest_surface, segment
+from restore.runtime.kept import keep_result
 from restore.scan import InterpolatedMesh, RangeScan, ScannedSheet, SurfaceMesh, with_findings
 from restore.scan_check import refuse_unusable_image, refuse_unusable_mesh
 
@@ -81,7 +82,7 @@ def of_sheet(sheet: SeparateSheet) -> Prepared:
         return sheet.prepared
     if sheet.segmented is None:
         return prepare(sheet.scan)
-    whole = of_view(sheet.segmented) if sheet.of_mesh else of_segmented(sheet.segmented)
+    whole = keep_result(of_view if sheet.of_mesh else of_segmented, sheet.segmented)
     rays = sheet.segmented.rays
     if sheet.erased is not None or sheet.rotate_deg:
         erased = None if sheet.erased is None else whole.on_own_grid(rays, sheet.erased)

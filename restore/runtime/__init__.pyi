@@ -1,5 +1,7 @@
 # The names for other packages and where they come from. They are imported when they are first used.
 from .kernel_cache import notify_when_compiling as notify_when_compiling
+from .kept import Store as Store
+from .kept import keep_in as keep_in
 from .native import (
     SYSTEM_LIBRARIES as SYSTEM_LIBRARIES,
 )

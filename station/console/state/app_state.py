@@ -42,9 +42,9 @@ from station.errors import explain
 from station.run.small_page import get_ready
 from station.session.current_preset import preset_of
 from station.session.facts import SETTINGS
+from station.session.keeping import restore_keeping
 from station.session.presets import Preset
 from station.session.reading import VERIFY, SessionDamaged
-from station.session.stages import run_restore
 from station.session.store import Session, read_session, utc
 from station.session.texts import check_text
 from station.verdict.thresholds import Thresholds
@@ -53,7 +53,7 @@ from station.workers.background import background
 WATCH_S = 2.0  # between two looks at a session that another process writes to
 SHOT_S = 20.0  # for a shot that is under way when the server ends: a FINE one takes four, with focus six
 Enter = Callable[[Session], None]
-READY: Restorations = partial(background, run_restore, get_ready)
+READY: Restorations = partial(background, restore_keeping, get_ready)
 
 
 class AppState:

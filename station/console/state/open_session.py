@@ -23,7 +23,8 @@ from station.session import Page, Session, decide, open_session, read_session
 from station.session.bag import LOG, TAG_MANIFEST
 from station.session.checking import lacks_verdict
 from station.session.corrections import needs_restoration
-from station.session.stages import Submit, run_restore
+from station.session.keeping import restore_keeping
+from station.session.stages import Submit
 from station.session.store import identity_of
 from station.workers.background import background
 
@@ -33,7 +34,7 @@ OUTPUTS = ("model",)  # files of a restoration that the web interface shows, in 
 
 T = TypeVar("T")
 Restorations = Callable[[], AbstractContextManager[Submit]]
-IN_BACKGROUND: Restorations = partial(background, run_restore)
+IN_BACKGROUND: Restorations = partial(background, restore_keeping)
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,12 @@ import pytest
 from restore import Settings
 from restore.layout.crease import place_crease
 from restore.layout.find import inspect
-from restore.pipeline import Stopwatch
 from tests.restore.layout.conftest import shot
 
 
 @pytest.fixture(scope="module")
 def sheet():
-    return inspect(shot(False)[0], Settings(points=300), Stopwatch(None)).flattened.sheet
+    return inspect(shot(False)[0], Settings(points=300)).flattened.sheet
 
 
 def walls(sheet, at, *, bend=0.0, third=0.0):

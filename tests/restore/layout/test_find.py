@@ -20,7 +20,6 @@ from restore import (
 from restore.layout.find import inspect
 from restore.layout.flattened import FlattenedSheet
 from restore.layout.split import OVERLAP_MM, split_at_crease
-from restore.pipeline import Stopwatch
 from tests.restore.layout.conftest import PAGE_MM, SPINE_MM
 
 SPINE_ERROR_MM = 0.3  # a third of a sample of the fast mode
@@ -99,12 +98,12 @@ def test_a_hidden_gutter_is_split_without_flattening(opened):
 
 def test_what_is_left_of_the_spine_is_on_the_left_leaf(opened):
     scan, truth = opened
-    parts = split_at_crease(inspect(scan, COARSE, Stopwatch(None)))
+    parts = split_at_crease(inspect(scan, COARSE))
     x = truth.flat[..., 0]
     assert np.nanmax(x[parts["left"].segmented.samples]) < SPINE_MM + OVERLAP_MM + SPINE_ERROR_MM
     assert np.nanmin(x[parts["right"].segmented.samples]) > SPINE_MM - OVERLAP_MM - SPINE_ERROR_MM
     both = parts["left"].segmented.samples | parts["right"].segmented.samples
-    np.testing.assert_array_equal(both, inspect(scan, COARSE, Stopwatch(None)).largest.segmented.samples)
+    np.testing.assert_array_equal(both, inspect(scan, COARSE).largest.segmented.samples)
 
 
 def test_a_flat_sheet_cannot_be_split(opened):

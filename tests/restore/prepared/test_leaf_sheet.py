@@ -21,7 +21,7 @@ STRAIN = 0.01  # rms of the edges: a sample's noise on edges of the fast mode
 
 @pytest.mark.parametrize("overlap_mm", [1.0, 4.0])
 def test_a_leaf_has_the_width_of_its_paper_and_of_the_strip(overlap_mm):
-    parts = split_at_crease(inspect(shot(False)[0], COARSE, Stopwatch(None)), overlap_mm)
+    parts = split_at_crease(inspect(shot(False)[0], COARSE), overlap_mm)
     for side, width in (("left", SPINE_MM), ("right", PAGE_MM[0] - SPINE_MM)):
         leaf = prepare(parts[side])
         assert leaf.with_noise() == A_LEAF

@@ -1,0 +1,119 @@
+"""Results that a process keeps, so that a page is not computed again.
+
+A result is found by a digest of all that it was computed from, so that it cannot be that of other input.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import fields, is_dataclass
+from io import BytesIO
+from typing import Any, TypeVar
+
+MAX_BYTES = 2**29  # of the results that are kept
+
+Result = TypeVar("Result")
+
+
+class Store:
+    """Results of the page that was restored last.
+
+    Those that its next restoration does not use go, and all go before another page is restored.
+    """
+
+    def __init__(self) -> None:
+        self._page: object = None
+        self._results: dict[bytes, tuple[Any, int]] = {}
+        self._used: set[bytes] = set()
+
+    def __len__(self) -> int:
+        return len(self._results)
+
+    def begin(self, page: object) -> None:
+        """Begin a restoration of a page."""
+        if page != self._page:
+            self._results.clear()
+        self._page, self._used = page, set()
+
+    def end(self) -> None:
+        """Drop what the restoration did not use."""
+        self._results = {key: one for key, one in self._results.items() if key in self._used}
+
+    def result(self, function: Callable[..., Result], arguments: tuple[Any, ...], aside: tuple[Any, ...]) -> Result:
+        """Return function(*arguments, *aside), computed or kept."""
+        key, _ = _digest((function, arguments))
+        if key not in self._results:
+            result = function(*arguments, *aside)
+            self._put(key, result)
+            return result
+        self._used.add(key)
+        found: Result = self._results[key][0]
+        return found
+
+    def _put(self, key: bytes, result: object) -> None:
+        _, size = _digest(result)
+        if size + sum(kept for _, kept in self._results.values()) <= MAX_BYTES:
+            self._results[key] = result, size
+            self._used.add(key)
+
+
+_STORE: ContextVar[Store | None] = ContextVar("store", default=None)
+
+
+@contextmanager
+def keep_in(store: Store, page: object) -> Iterator[None]:
+    """Keep results while a page is restored.
+
+    page: by what it is known, its path for example.
+    """
+    store.begin(page)
+    before = _STORE.set(store)
+    try:
+        yield
+    finally:
+        _STORE.reset(before)
+        store.end()
+
+
+def keeps_results() -> bool:
+    """Return whether results are kept."""
+    return _STORE.get() is not None
+
+
+def keep_result(function: Callable[..., Result], *arguments: Any, aside: tuple[Any, ...] = ()) -> Result:
+    """Return function(*arguments, *aside), or what it returned for equal arguments.
+
+    A store keeps results inside `keep_in`.
+    function: of a module. Its result depends on nothing but the arguments, and is never changed.
+    aside: further arguments, which change no result: a clock.
+    """
+    store = _STORE.get()
+    return function(*arguments, *aside) if store is None else store.result(function, arguments, aside)
+
+
+class _Fields(pickle.Pickler):
+    """Writes the fields of data classes alone: what they cache does not count."""
+
+    def reducer_override(self, obj: Any) -> Any:
+        if is_dataclass(obj) and not isinstance(obj, type):
+            return type(obj), tuple(getattr(obj, one.name) for one in fields(obj))
+        return NotImplemented
+
+
+def _digest(value: object) -> tuple[bytes, int]:
+    """Return the digest of a value, and its size in bytes.
+
+    Values of one digest are equal. Equal ones may have two, if one of them refers twice to one object.
+    """
+    written, arrays = BytesIO(), list[pickle.PickleBuffer]()
+    _Fields(written, protocol=5, buffer_callback=arrays.append).dump(value)
+    digest, size = hashlib.sha256(written.getbuffer()), written.getbuffer().nbytes
+    for one in arrays:
+        with one.raw() as raw:
+            digest.update(raw)
+            size += raw.nbytes
+    return digest.digest(), size
