@@ -84,6 +84,28 @@ def test_leaves_lie_as_openings_or_singles(sheet, canned):
     assert changes(canned) == []
 
 
+def test_a_place_that_is_empty_between_two_leaves_of_one_side_is_marked(sheet, canned):
+    assert [canned.leaves[at]["side"] for at in (1, 2, 3)] == ["left", "right", "left"]
+    canned.leaves[2]["side"] = "left"
+    page = sheet()
+    broken = page.get_by_role("option", name="order of sides broken")
+    assert [one.get_attribute("data-at") for one in broken.all()] == ["2", "3"]
+    assert page.locator(".leaf-missing[data-break]:visible").count() == 2
+    page.get_by_role("button", name="Singles").click()
+    broken.first.wait_for(state="detached")
+    assert page.locator(".leaf-missing:visible").count() == 0
+
+
+def test_leaves_are_shown_in_three_sizes(sheet):
+    page = sheet()
+    page.keyboard.press("End")
+    for size, width in (("Large", 248), ("Small", 88), ("Medium", 140)):
+        page.get_by_role("button", name=size).click()
+        page.wait_for_function("(wide) => document.querySelector('.leaf[data-active]').offsetWidth === wide", arg=width)
+        box, sheet_box = leaf(page, 10).bounding_box(), page.locator(".sheet-scroller").bounding_box()
+        assert box["y"] + box["height"] <= sheet_box["y"] + sheet_box["height"]  # the active leaf stays in sight
+
+
 def test_leaves_are_moved_by_keys_alone(sheet, canned):
     page = sheet()
     for key in ("ArrowRight", "Shift+ArrowRight", "Control+x", "End", "Control+v"):
@@ -257,6 +279,7 @@ def test_the_order_that_another_window_made_meanwhile_is_shown_next_to_this_one(
 
 @pytest.mark.parametrize("look", [("dark", "en"), pytest.param(("light", "de"), marks=pytest.mark.slow)], ids="-".join)
 def test_axe_finds_nothing(sheet, canned, axe, look):
+    canned.leaves[4]["side"] = "left"
     canned.leaves[2] |= {"left_out": True, "missing": ["[3]"], "same": ["2"]}
     page = sheet(theme=look[0], language=look[1])
     page.keyboard.press("Space")

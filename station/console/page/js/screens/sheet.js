@@ -11,7 +11,8 @@ import { ordersApart, sendVersion, setLabel } from "../parts/versions.js";
 import { on, select, store } from "../store.js";
 import { t } from "../strings.js";
 
-const [WIDTH, HEIGHT] = [148, 208]; // px of a cell, as the style sheet has it
+const SIZES = { small: 96, medium: 148, large: 256 }; // px, width of a cell
+const FOOT = 60; // px by which a cell is higher than wide, as the style sheet has it
 const [PADDING, GAP] = [8, 16]; // px around the sheet; between two openings
 const SPARE = 2; // lines above and below those in sight
 
@@ -20,16 +21,19 @@ export function singles(leaves) {
   return leaves.flatMap((leaf) => [...leaf.missing, leaf]);
 }
 
+const BREAK = {}; // a place that is empty because two leaves of one side follow each other
+
 /** The same as openings: left leaves on even places, right ones on odd; null: nothing lies there. */
 export function openings(leaves) {
   const slots = [];
-  for (const leaf of leaves) {
+  const isOneSide = (leaf) => leaf?.side === "left" || leaf?.side === "right";
+  leaves.forEach((leaf, at) => {
     slots.push(...leaf.missing);
     const isOdd = slots.length % 2 === 1;
-    if (leaf.side === "right" ? !isOdd : isOdd) slots.push(null);
+    if (leaf.side === "right" ? !isOdd : isOdd) slots.push(isOneSide(leaf) && isOneSide(leaves[at - 1]) ? BREAK : null);
     slots.push(leaf);
-    if (leaf.side !== "left" && leaf.side !== "right") slots.push(null); // a whole opening, a single sheet
-  }
+    if (!isOneSide(leaf)) slots.push(null); // a whole opening, a single sheet
+  });
   return slots;
 }
 
@@ -45,6 +49,7 @@ function cell(sheet) {
     pointerdown: (event) => sheet.grab(Number(element.dataset.at), event),
   } }, picture, h("span", { class: "card-foot" }, label, same, out, done, level));
   return { element, show: (leaf, slot, at, total, columns) => {
+    const isBroken = sheet.slots[slot - 1] === BREAK;
     const row = store.rows.get(leaf.page);
     Object.assign(element, { id: `leaf-${at}` });
     element.dataset.at = at;
@@ -55,7 +60,7 @@ function cell(sheet) {
     set(element, "data-out", leaf.left_out);
     set(element, "aria-setsize", total);
     set(element, "aria-posinset", at + 1);
-    set(element, "aria-label", spoken(leaf, row));
+    set(element, "aria-label", [spoken(leaf, row), isBroken && t("sheet.break")].filter(Boolean).join(", "));
     set(element, "data-run", Boolean(leaf.run));
     set(element, "title", [leaf.run && runText(leaf.run), leaf.same.length && t("sheet.same", { names: leaf.same.join(", ") })].filter(Boolean).join("; ") || null);
     setText(label, leaf.label || "–");
@@ -78,18 +83,19 @@ function spoken(leaf, row) {
 
 class ContactSheet {
   constructor() {
-    Object.assign(this, { leaves: [], slots: [], places: [], at: 0, chosen: new Set(), cut: [], view: "openings", cells: [], gaps: [] });
+    Object.assign(this, { leaves: [], slots: [], places: [], at: 0, chosen: new Set(), cut: [], view: "openings", size: "medium", cells: [], gaps: [] });
     this.sizer = h("div", { class: "sheet-sizer", role: "listbox", tabindex: "0", "data-first": "", "aria-multiselectable": "true", "aria-label": t("screen.sheet"),
       "data-own-keys": "", on: { keydown: (event) => this.key(event) } });
     this.scroller = h("div", { class: "sheet-scroller", on: { scroll: () => this.later() } }, this.sizer);
     this.views = segmented(t("sheet.view"), [["openings", t("sheet.openings")], ["singles", t("sheet.singles")]], (view) => { this.view = view; this.arrange(); });
+    this.sizes = segmented(t("sheet.size"), Object.keys(SIZES).map((size) => [size, t(`sheet.${size}`)]), (size) => { this.size = size; this.arrange(); this.reveal(); });
     this.count = h("span", { class: "soft" });
     this.said = h("p", { class: "soft", role: "status" });
     this.input = h("input", { class: "leaf-label", maxlength: 100, autocomplete: "off", hidden: true, "aria-label": t("action.label"),
       on: { keydown: (event) => this.labelKey(event), blur: () => this.closeLabel() } });
     this.none = h("div", { class: "viewer-empty", hidden: true }, placeholder("first-page", t("page.none"), t("page.none.text")));
     this.element = h("div", { class: "screen sheet-screen" },
-      h("div", { class: "viewer-head" }, h("h1", { class: "page-title", text: t("screen.sheet") }), this.count, this.views.element,
+      h("div", { class: "viewer-head" }, h("h1", { class: "page-title", text: t("screen.sheet") }), this.count, this.views.element, this.sizes.element,
         button(t("sheet.cut"), { key: "^X", click: () => this.take() }), button(t("sheet.paste"), { key: "^V", click: () => this.paste() }),
         button(t("sheet.toggle"), { key: "Del", click: () => this.toggle() }), button(t("action.label"), { icon: "pencil", key: "F2", click: () => this.openLabel() }),
         button(t("sheet.run"), { icon: "list-ordered", key: "#", click: () => this.askRun() }), button(t("sheet.gap"), { icon: "plus", key: "+", click: () => this.askMissing() }),
@@ -100,7 +106,6 @@ class ContactSheet {
   }
 
   enter() {
-    this.views.show(this.view);
     this.load();
   }
 
@@ -126,10 +131,18 @@ class ContactSheet {
     return this.view === "openings" ? GAP : 0;
   }
 
+  get width() {
+    return SIZES[this.size];
+  }
+
+  get height() {
+    return this.width + FOOT;
+  }
+
   get columns() {
     const width = this.scroller.clientWidth - 2 * PADDING;
-    if (this.view === "openings") return 2 * Math.max(Math.floor((width + GAP) / (2 * WIDTH + GAP)), 1);
-    return Math.max(Math.floor(width / WIDTH), 1);
+    if (this.view === "openings") return 2 * Math.max(Math.floor((width + GAP) / (2 * this.width + GAP)), 1);
+    return Math.max(Math.floor(width / this.width), 1);
   }
 
   arrange() {
@@ -137,10 +150,12 @@ class ContactSheet {
     this.places = [];
     this.slots.forEach((leaf, slot) => { if (leaf?.name) this.places.push(slot); });
     this.views.show(this.view);
+    this.sizes.show(this.size);
+    this.scroller.style.setProperty("--leaf", `${this.width}px`);
     setText(this.count, number(this.leaves.length));
     this.none.hidden = this.leaves.length > 0;
-    this.sizer.style.height = `${Math.ceil(this.slots.length / this.columns) * HEIGHT}px`;
-    this.sizer.style.width = `${this.columns * WIDTH + this.gap * (this.columns / 2 - 1)}px`;
+    this.sizer.style.height = `${Math.ceil(this.slots.length / this.columns) * this.height}px`;
+    this.sizer.style.width = `${this.columns * this.width + this.gap * (this.columns / 2 - 1)}px`;
     this.later();
   }
 
@@ -150,7 +165,7 @@ class ContactSheet {
 
   draw() {
     const { columns, scroller } = this;
-    const [first, last] = [Math.floor(scroller.scrollTop / HEIGHT) - SPARE, Math.ceil((scroller.scrollTop + scroller.clientHeight) / HEIGHT) + SPARE];
+    const [first, last] = [Math.floor(scroller.scrollTop / this.height) - SPARE, Math.ceil((scroller.scrollTop + scroller.clientHeight) / this.height) + SPARE];
     const seen = this.places.map((slot, at) => [slot, at]).filter(([slot]) => slot >= first * columns && slot < last * columns);
     while (this.cells.length < seen.length) this.sizer.append((this.cells[this.cells.length] = cell(this)).element);
     this.cells.forEach(({ element }) => { element.hidden = true; });
@@ -166,26 +181,28 @@ class ContactSheet {
 
   placeOf(slot, columns = this.columns) {
     const column = slot % columns;
-    return `translate(${column * WIDTH + this.gap * Math.floor(column / 2)}px, ${Math.floor(slot / columns) * HEIGHT}px)`;
+    return `translate(${column * this.width + this.gap * Math.floor(column / 2)}px, ${Math.floor(slot / columns) * this.height}px)`;
   }
 
-  /** Draw missing leaves at some of the places; they are spoken with the leaf that follows. */
+  /** Draw missing leaves and breaks at some of the places; they are spoken with the leaf that follows. */
   drawGaps(start, end) {
-    const labels = this.slots.slice(Math.max(start, 0), end).map((label, at) => [label, Math.max(start, 0) + at]).filter(([label]) => typeof label === "string");
+    const labels = this.slots.slice(Math.max(start, 0), end).map((label, at) => [label, Math.max(start, 0) + at]).filter(([label]) => label === BREAK || typeof label === "string");
     while (this.gaps.length < labels.length) this.sizer.append((this.gaps[this.gaps.length] = h("div", { class: "leaf-missing", "aria-hidden": "true" })));
     this.gaps.forEach((element, at) => {
       element.hidden = at >= labels.length;
       if (element.hidden) return;
-      setText(element, labels[at][0]);
+      const isBreak = labels[at][0] === BREAK;
+      setText(element, isBreak ? t("sheet.break") : labels[at][0]);
+      set(element, "data-break", isBreak);
       element.style.transform = this.placeOf(labels[at][1]);
     });
   }
 
   reveal() {
-    const top = Math.floor((this.places[this.at] ?? 0) / this.columns) * HEIGHT;
+    const top = Math.floor((this.places[this.at] ?? 0) / this.columns) * this.height;
     const { scrollTop, clientHeight } = this.scroller;
     if (top < scrollTop) this.scroller.scrollTop = top;
-    else if (top + HEIGHT > scrollTop + clientHeight) this.scroller.scrollTop = top + HEIGHT - clientHeight;
+    else if (top + this.height > scrollTop + clientHeight) this.scroller.scrollTop = top + this.height - clientHeight;
     this.later();
   }
 
