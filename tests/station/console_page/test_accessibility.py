@@ -136,8 +136,28 @@ def test_axe_finds_nothing_on_a_draft_and_on_the_choice_of_its_pages(show, canne
     page.keyboard.press(".")
     page.wait_for_selector(".draft-lines li")
     assert violations(page, axe) == []
+    own = {"pages": [7, 8], "own": {"8": ["page.turn"]}, "rule": 60}
+    page.route("**/api/rules**", lambda route: route.fulfill(json=own))
     page.keyboard.press("a")
     page.wait_for_selector("dialog[open] li")
+    assert violations(page, axe) == []
+    page.get_by_role("dialog").get_by_role("checkbox", name=look.text("apply.over")).first.check()
+    assert violations(page, axe) == []
+
+
+def test_axe_finds_nothing_on_the_versions_of_two_windows(show, canned, axe, look):
+    theirs = {**canned.leaves[0], "label": "v", "tag": 9}
+    fault = {"error": {"key": "changed", "text": "changed", "hint": "", "data": {"current": theirs}}}
+    page = show(canned, "page/7", **look.options)
+    page.wait_for_selector(".light")
+    page.keyboard.press("g")
+    page.wait_for_selector("#leaf-0")
+    page.wait_for_selector(".sheet-sizer:focus")
+    page.route("**/api/leaves", lambda route: route.fulfill(status=412, json=fault))
+    page.keyboard.press("F2")
+    page.get_by_role("textbox", name=look.text("action.label")).fill("iv")
+    page.keyboard.press("Enter")
+    page.get_by_role("dialog", name=look.text("versions")).wait_for()
     assert violations(page, axe) == []
 
 
