@@ -124,7 +124,7 @@ class CannedStation:
 
     def _lists(self) -> dict[str, Callable[[], Values]]:
         at = next(i for i, word in enumerate(words()) if word["text"] == SOUGHT)
-        hit = {"page": 2, "label": "2", "words": [at], "text": f"… {SOUGHT} …"}
+        hit = {"page": 2, "part": "", "label": "2", "words": [at], "text": f"… {SOUGHT} …"}
         return {
             "/api/state": lambda: self.state,
             "/api/pages": lambda: {

@@ -6,9 +6,9 @@ The application's state, the tab that sent a request, faults as answers.
 from __future__ import annotations
 
 import logging
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-from fastapi import Depends, FastAPI, Header, Path, Request
+from fastapi import Depends, FastAPI, Header, Path, Query, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, Response
 from starlette.exceptions import HTTPException
@@ -49,6 +49,7 @@ def acting(
 Looking = Annotated[AppState, Depends(app_state_of)]
 Acting = Annotated[AppState, Depends(acting)]
 PageNumber = Annotated[int, Path(ge=1, le=MAX_PAGE)]
+Prefix = Annotated[Literal["", "left.", "right."], Query(description="of the leaf, before the name of a layer")]
 EventNumber = Annotated[int, Path(ge=1, le=MAX_NUMBER)]
 Tag = Annotated[str, Header(alias="If-Match", pattern=r'^"(0|[1-9][0-9]{0,8})"$')]
 """The tag of what a change was made from."""

@@ -12,7 +12,7 @@ from fastapi import APIRouter, Path, Query
 from fastapi.responses import Response
 
 from station.console.faults import ConsoleFault
-from station.console.routes.answers import FAULTS, IMMUTABLE, EventNumber, Looking
+from station.console.routes.answers import FAULTS, IMMUTABLE, EventNumber, Looking, Prefix
 from station.console.shown_pages import models
 from station.console.shown_pages.layers import (
     coverage_legend,
@@ -33,7 +33,6 @@ router = APIRouter(prefix="/api", responses=FAULTS)
 LEAF = "((left|right)[.])?"
 Layer = Annotated[str, Path(pattern=f"^({LEAF}(page|master|strain|coverage|uncertainty)|original)$")]
 Small = Annotated[str, Path(pattern=f"^({LEAF}(page|master)|original)$")]
-Prefix = Annotated[Literal["", "left.", "right."], Query(description="of the leaf, before the name of a layer")]
 Millimetres = Annotated[float, Query(ge=-10_000, le=10_000, allow_inf_nan=False)]
 TYPES = {"jpg": "image/jpeg", "png": "image/png"}
 KEPT = {"Cache-Control": IMMUTABLE}
@@ -112,15 +111,25 @@ def legend(app_state: Looking, event: EventNumber, leaf: Prefix = "") -> dict[st
 
 @router.get("/models/{event}/measure")
 def measure(
-    app_state: Looking, event: EventNumber, x0: Millimetres, y0: Millimetres, x1: Millimetres, y1: Millimetres
+    app_state: Looking,
+    event: EventNumber,
+    x0: Millimetres,
+    y0: Millimetres,
+    x1: Millimetres,
+    y1: Millimetres,
+    leaf: Prefix = "",
 ) -> dict[str, Any]:
     """The length between two points: on the page, on the sheet, through space."""
-    return app_state.ruler(event).measure((x0, y0), (x1, y1))
+    return app_state.ruler(event, leaf).measure((x0, y0), (x1, y1))
 
 
 @router.get("/models/{event}/{kind}", response_class=Response)
 def model(
-    app_state: Looking, event: EventNumber, kind: Literal["scan", "mesh", "steps"], faces: bool = True
+    app_state: Looking,
+    event: EventNumber,
+    kind: Literal["scan", "mesh", "steps"],
+    faces: bool = True,
+    leaf: Prefix = "",
 ) -> Response:
     """A model for the 3D view."""
     session = app_state.opened().session
@@ -128,7 +137,7 @@ def model(
     if kind == "scan":
         data = models.scan_model(session, found, faces=faces)
     else:
-        data = (models.page_model if kind == "mesh" else models.steps_model)(session, found, found.on or 0)
+        data = (models.page_model if kind == "mesh" else models.steps_model)(session, found, leaf, found.on or 0)
     return Response(data, media_type="application/octet-stream", headers=KEPT)
 
 

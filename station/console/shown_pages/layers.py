@@ -35,6 +35,7 @@ ENDINGS = {
 }
 FILES = {layer: STEM + ending for layer, ending in ENDINGS.items()}
 MODEL = FILES["strain"]
+PREFIXES = ("", "left.", "right.")  # before the names of the layers of a leaf
 FORMATS = ("PNG",)  # of pictures: no other decoder is let at them
 ON_CAPTURE = "original"
 STEPPING = ("sticks", "springs")  # methods whose steps are positions in space
@@ -63,7 +64,19 @@ def file_of_layer(layer: str) -> str:
     ('page-master.png', 'page-left.png')
     """
     part, _, name = layer.rpartition(".")
-    return f"{STEM}-{part}{ENDINGS[name]}" if part else FILES[name]
+    return file_of_leaf(part, ENDINGS[name])
+
+
+def file_of_leaf(prefix: str, ending: str) -> str:
+    """The name of a file of a leaf.
+
+    prefix: as for `leaf_layers`.
+
+    >>> file_of_leaf("left.", "-alto.xml"), file_of_leaf("", ".png")
+    ('page-left-alto.xml', 'page.png')
+    """
+    part = prefix.removesuffix(".")
+    return f"{STEM}-{part}{ending}" if part else STEM + ending
 
 
 def prefix_of(part: str, count: int) -> str:
@@ -77,7 +90,7 @@ def models_of(restored: Event | None, capture: Event | None) -> list[str]:
     `steps` only where the method of flattening moves the sheet through space.
     """
     found = [] if capture is None else ["scan"]
-    if restored is None or MODEL not in restored.files:
+    if restored is None or not any(name.endswith(ENDINGS["strain"]) for name in restored.files):
         return found
     method = str(restored.facts["result"].get("method"))
     return [*found, "mesh", *(["steps"] if method in STEPPING else [])]

@@ -11,11 +11,12 @@ from restore import RangeScan
 from restore.drawing import rasterise
 from restore.scan import Floats
 from station.console.faults import ConsoleFault
-from station.console.shown_pages.layers import read_model, scan_of
+from station.console.shown_pages.layers import file_of_layer, read_model, scan_of
 from station.console.shown_pages.strain import end_of_scale
 from station.page_files.mesh import unit_square
 from station.page_files.model import centred, encode_arrays
 from station.session import Event, Session
+from station.session.parts import PAGE, parts_of
 
 KINDS = ("scan", "mesh", "steps")
 PX_PER_MM = 2.0  # of the map by which lengths are measured: finer than the mesh's faces
@@ -46,21 +47,25 @@ def scan_model(session: Session, event: Event, *, faces: bool = True) -> bytes:
     return encode_arrays({**found, **({"faces": grid_faces(measured)} if faces else {})}, facts)
 
 
-def page_model(session: Session, event: Event, capture: int) -> bytes:
-    """The fine mesh of a restored page: its surface, its flat positions, its strain."""
-    arrays, _ = read_model(session, event)
+def page_model(session: Session, event: Event, leaf: str, capture: int) -> bytes:
+    """The fine mesh of a restored page: its surface, its flat positions, its strain.
+
+    leaf: before the names of its layers.
+    """
+    arrays, _ = read_model(session, event, file_of_layer(f"{leaf}strain"))
     strain = arrays["strain"].astype(np.float64)
-    facts = {"kind": "mesh", "strain_end": end_of_scale(strain), "page_mm": event.facts["result"].get("page_mm")}
+    report = parts_of(event.facts["result"]).get(leaf.removesuffix(".") or PAGE, {})
+    facts = {"kind": "mesh", "strain_end": end_of_scale(strain), "page_mm": report.get("page_mm")}
     wanted = {name: arrays[name] for name in MESH if name in arrays}
     return encode_arrays(wanted, {**facts, **_texture(capture, wanted.get("uv"))})
 
 
-def steps_model(session: Session, event: Event, capture: int) -> bytes:
+def steps_model(session: Session, event: Event, leaf: str, capture: int) -> bytes:
     """Encode the recorded steps of the flattening.
 
-    Raises ConsoleFault where the method does not move through space.
+    leaf: before the names of its layers. Raises ConsoleFault where the method does not move through space.
     """
-    arrays, _ = read_model(session, event)
+    arrays, _ = read_model(session, event, file_of_layer(f"{leaf}strain"))
     if "steps.positions" not in arrays:
         raise ConsoleFault("not_recorded", "this method of flattening has no steps in space", "use the mesh")
     wanted = {name: arrays[stored] for stored, name in STEPS.items() if stored in arrays}
@@ -121,9 +126,12 @@ class Ruler:
         }
 
 
-def ruler_of(session: Session, event: Event) -> Ruler:
-    """The ruler of a restored page. Raises ConsoleFault."""
-    arrays, _ = read_model(session, event)
+def ruler_of(session: Session, event: Event, leaf: str = "") -> Ruler:
+    """The ruler of a restored page.
+
+    leaf: before the names of its layers. Raises ConsoleFault.
+    """
+    arrays, _ = read_model(session, event, file_of_layer(f"{leaf}strain"))
     return Ruler(
         arrays["vertices"].astype(np.float64), arrays["flat"].astype(np.float64), arrays["faces"].astype(np.int64)
     )

@@ -27,7 +27,7 @@ from station.session.stages import PAGE
 from station.verdict.checks import LEVELS, OPERATOR_CHECKS
 
 Row = dict[str, Any]
-ALTO = "page-alto.xml"
+WORDS = "-alto.xml"  # the end of the name of a file with words
 SHOWN_FACTS = ("value", "to", "reason")  # of an event, in the list of events
 
 
@@ -60,7 +60,7 @@ def detail_of(session: Session, row: Row) -> dict[str, Any]:
         "before": _before(session, restored),
         "layers": layers_of(restored, page.capture),
         "models": models_of(restored, page.capture),
-        "words": restored is not None and ALTO in restored.files,
+        "words": restored is not None and any(name.endswith(WORDS) for name in restored.files),
         "shots": list(_shots(session, page)),
         "events": [_event(event) for event in session.history.events if event.page == page.number],
         "files": [

@@ -15,8 +15,8 @@ from xml.etree import ElementTree
 
 from restore.files import read_regular
 from station.console.faults import ConsoleFault
-from station.console.shown_pages.layers import stored_file
-from station.console.shown_pages.rows import ALTO, Row
+from station.console.shown_pages.layers import PREFIXES, file_of_leaf, stored_file
+from station.console.shown_pages.rows import WORDS, Row
 from station.session import Event, Session
 from station.words.words import ALTO as NAMESPACE
 from station.words.words import PLACES
@@ -76,19 +76,20 @@ class Words:
 
     def __init__(self, limit: int = MAX_KEPT_WORDS) -> None:
         self._limit = limit
-        self._kept: OrderedDict[tuple[str, int], tuple[list[Word], list[str]]] = OrderedDict()
+        self._kept: OrderedDict[tuple[str, int, str], tuple[list[Word], list[str]]] = OrderedDict()
 
-    def of(self, session: Session, event: Event) -> tuple[list[Word], list[str]]:
+    def of(self, session: Session, event: Event, leaf: str = "") -> tuple[list[Word], list[str]]:
         """Return the words of a restoration, and as they are searched.
 
-        Raises ConsoleFault when none were read.
+        leaf: before the names of its layers. Raises ConsoleFault when none were read.
         """
-        if ALTO not in event.files:
+        name = file_of_leaf(leaf, WORDS)
+        if name not in event.files:
             raise ConsoleFault("no_words", "the words of this page were not read", 'a preset with outputs = ["ocr"]')
-        key = (session.identifier, event.number)
+        key = (session.identifier, event.number, leaf)
         found = self._kept.get(key)
         if found is None:
-            words = read_words(stored_file(session, event, ALTO))
+            words = read_words(stored_file(session, event, name))
             found = self._kept[key] = (words, [plain(word.text) for word in words])
             while len(self._kept) > 1 and sum(len(one[0]) for one in list(self._kept.values())) > self._limit:
                 self._kept.popitem(last=False)
@@ -102,17 +103,24 @@ class Words:
         parts, hits, read = plain(query).split(), list[dict[str, Any]](), 0
         for row in rows:
             event = None if row["restore"] is None else session.history.event(row["restore"])
-            if event is None or ALTO not in event.files:
-                continue
-            words, searched = self.of(session, event)
-            read += 1
-            places = places_of(parts, searched) if parts else []
-            if places and len(hits) < MAX_HITS:
-                numbers = sorted({at + i for at in places for i in range(len(parts))})
-                around = words[max(places[0] - CONTEXT, 0) : places[0] + len(parts) + CONTEXT]
-                text = " ".join(word.text for word in around)
-                hits.append({"page": row["page"], "label": row["label"], "words": numbers, "text": text})
+            leaves = [] if event is None else [leaf for leaf in PREFIXES if file_of_leaf(leaf, WORDS) in event.files]
+            read += bool(leaves)
+            for leaf in leaves:
+                assert event is not None
+                words, searched = self.of(session, event, leaf)
+                places = places_of(parts, searched) if parts else []
+                if places and len(hits) < MAX_HITS:
+                    numbers = sorted({at + i for at in places for i in range(len(parts))})
+                    around = words[max(places[0] - CONTEXT, 0) : places[0] + len(parts) + CONTEXT]
+                    hits.append({**_place(row, leaf), "words": numbers, "text": " ".join(one.text for one in around)})
         return {"query": query, "hits": hits, "pages_with_words": read, "pages": len(rows)}
+
+
+def _place(row: Row, leaf: str) -> dict[str, Any]:
+    """The page and the leaf of a hit, with its label."""
+    part = leaf.removesuffix(".")
+    labels = {one["part"]: one.get("label") for one in row["parts"]}
+    return {"page": row["page"], "part": part, "label": labels.get(part) or row["label"]}
 
 
 def as_json(words: Sequence[Word]) -> dict[str, Any]:

@@ -91,7 +91,7 @@ class AppState:
         self.preview: Preview | None = None
         self._enter, self._restorations = enter, restorations
         self._unrecorded = settings.changes_of(None)
-        self._ruler: tuple[tuple[str, int], Ruler] | None = None
+        self._ruler: tuple[tuple[str, int, str], Ruler] | None = None
         self._lock = threading.Lock()
         self._watching: asyncio.Task[None] | None = None
 
@@ -299,16 +299,16 @@ class AppState:
         self.broadcast.changed()
         return self.all_settings()
 
-    def ruler(self, number: int) -> Ruler:
+    def ruler(self, number: int, leaf: str = "") -> Ruler:
         """Return the ruler of a restoration; the last one is kept.
 
-        Raises ConsoleFault.
+        leaf: before the names of its layers. Raises ConsoleFault.
         """
         session = self.opened().session
-        key = (session.identifier, number)
+        key = (session.identifier, number, leaf)
         kept = self._ruler
         if kept is None or kept[0] != key:
-            kept = self._ruler = (key, ruler_of(session, event_of(session, number)))
+            kept = self._ruler = (key, ruler_of(session, event_of(session, number), leaf))
         return kept[1]
 
     def _changes(self) -> settings.Changes:

@@ -198,6 +198,40 @@ def test_words_lie_over_the_page_and_are_found(show, canned):
     page.wait_for_selector(".words .chosen", state="detached")  # of the search before
 
 
+def test_ruler_words_and_model_are_those_of_the_leaf_that_is_shown(show, canned):
+    halves = [{"part": part, "name": f"2/{part}"} for part in ("left", "right")]
+    canned.rows |= {2: {"parts": halves}, 3: {"parts": halves}}
+    found = canned.answer("/api/search")
+    page = show(canned, "page/3")
+    page.locator(".light").first.wait_for()
+    leaf = page.get_by_role("group", name="Leaf")
+    with page.expect_request("**/api/pages/3/words?leaf=left."):
+        tool(page, "Words")
+    with page.expect_request("**/api/pages/3/words?leaf=right."):
+        leaf.get_by_role("button", name="right").click()
+    page.wait_for_selector(".words text", state="attached")
+    hit = {**found["hits"][0], "part": "left"}
+    page.route("**/api/search?*", lambda route: route.fulfill(json={**found, "hits": [hit]}))
+    page.get_by_label("Search the volume").fill("CREASE")
+    with page.expect_request("**/api/pages/2/words?leaf=left."):
+        page.get_by_role("button", name="Page 2").click()
+    page.wait_for_selector(".words .chosen")
+    leaf.get_by_role("button", name="left").and_(page.locator("[aria-pressed=true]")).wait_for()
+    tool(page, "Ruler")
+    page.wait_for_selector(".crosshair", state="attached")
+    here = page.get_by_role("button", name="Point at the cross")
+    here.click()
+    page.get_by_text("Now the second point.").wait_for()
+    with page.expect_request(lambda one: "/measure?" in one.url and one.url.endswith("&leaf=left.")):
+        here.click()
+    page.get_by_text("120.44 mm").wait_for()
+    with page.expect_request("**/api/models/*/mesh?leaf=left.*"):
+        tool(page, "3D")
+    page.locator(".model-told", has_text="triangles").wait_for()
+    with page.expect_request("**/api/models/*/mesh?leaf=right.*"):
+        leaf.get_by_role("button", name="right").click()
+
+
 def test_before_and_after_lie_over_each_other(show, canned):
     page = show(canned, "page/3")
     tool(page, "Compare")

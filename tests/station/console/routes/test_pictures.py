@@ -20,7 +20,7 @@ from station.console.shown_pages.layers import FILES, ON_CAPTURE
 from station.console.shown_pages.tiles import OVERLAP, TILE
 from station.console.shown_pages.uncertainty import OPACITY
 from station.images.tiff import encode_uncertainty
-from station.page_files.model import decode_arrays
+from station.page_files.model import decode_arrays, encode_arrays
 from station.session import Volume, add_scan, create_session, open_session, record_run, scan_path
 from station.session.parts import RESTORE
 from station.session.stages import run_restore
@@ -245,6 +245,50 @@ def test_both_leaves_of_an_opened_book_are_shown(tmp_path):
         assert browser.get(f"/api/pictures/{event}/left.strain.dzi").status_code == 404
         for wrong in ("middle.page", "left.original", "left..page"):
             assert browser.get(f"/api/pictures/{event}/{wrong}.dzi").status_code in (404, 422)
+
+
+def tilted(width, turn):
+    """The model of a leaf of width × 30 mm that rises in space by `turn` mm for each across."""
+    flat = np.array([[0.0, 0.0], [width, 0.0], [width, 30.0], [0.0, 30.0]], np.float32)
+    vertices = np.column_stack([flat, turn * flat[:, 0]]).astype(np.float32)
+    faces = np.array([[0, 1, 2], [0, 2, 3]], np.uint32)
+    arrays = {
+        "vertices": vertices,
+        "flat": flat,
+        "strain": np.zeros(4, np.float32),
+        "page_uv": flat / 60,
+        "faces": faces,
+    }
+    return encode_arrays(arrays, {})
+
+
+def test_each_leaf_of_an_opened_book_has_its_ruler_and_its_model(tmp_path):
+    """Slopes of 3:4 and of 5:12, whose lengths are whole numbers."""
+    leaves = {"left": (48.0, 3 / 4), "right": (36.0, 5 / 12)}
+    create_session(tmp_path / "book", Volume(title="Book", preset_values={}))
+    with open_session(tmp_path / "book") as writer:
+        capture = add_scan(writer, curl_scan(), facts={})
+        made = writer.staging("run")
+        made.mkdir()
+        for part, (width, turn) in leaves.items():
+            (made / f"page-{part}-model.plm").write_bytes(tilted(width, turn))
+        measures = {"fingerprint": pack(bytes(PACKED_BYTES))}
+        parts = {part: {"page_mm": [width, 30.0], "measures": measures} for part, (width, _) in leaves.items()}
+        event = record_run(writer, RESTORE, capture, parameters={}, result={"parts": parts}, files=made).number
+    line = {"x0": 6, "y0": 15, "x1": 18, "y1": 15}
+    with serving(tmp_path, GatedScanner(curl_scan()), StandInRestorer()) as served, served.client() as browser:
+        assert browser.post("/api/sessions/book/open", json={"read_only": True}).status_code == 200
+        assert browser.get("/api/pages/1").json()["models"] == ["scan", "mesh"]
+        for part, sheet_mm in (("left", 15.0), ("right", 13.0), ("left", 15.0)):
+            leaf = {"leaf": f"{part}."}
+            measured = browser.get(f"/api/models/{event}/measure", params={**line, **leaf}).json()
+            assert measured["page_mm"] == 12.0
+            assert measured["sheet_mm"] == pytest.approx(sheet_mm, abs=1e-3)
+            _, facts = decode_arrays(browser.get(f"/api/models/{event}/mesh", params=leaf).content)
+            assert facts["page_mm"] == [leaves[part][0], 30.0]
+        for path in ("measure", "mesh"):
+            answer = browser.get(f"/api/models/{event}/{path}", params=line)
+            assert answer.json()["error"]["key"] == "not_recorded", path
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import pytest
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.words import Word, Words, places_of, plain, read_words
 from station.session import add_scan, open_session, read_session, record_run
+from station.verdict.packed import PACKED_BYTES, pack
 from station.words.words import ALTO
 from tests.station.conftest import curl_scan
 
@@ -46,10 +47,34 @@ def test_words_are_shown_and_found(read, client):
     assert client.get("/api/pages/1/words").json()["error"]["key"] == "no_words"
     found = client.get("/api/search", params={"q": "GROSSTES werk"}).json()
     assert (found["pages_with_words"], found["pages"]) == (1, 2)
-    assert found["hits"] == [{"page": 2, "label": "2", "words": [1, 2], "text": "Ein Größtes Werk über Œuvres"}]
+    text = "Ein Größtes Werk über Œuvres"
+    assert found["hits"] == [{"page": 2, "part": "", "label": "2", "words": [1, 2], "text": text}]
     assert client.get("/api/search", params={"q": "absent"}).json()["hits"] == []
     assert client.get("/api/search", params={"q": " "}).json()["hits"] == []
     assert client.get("/api/search", params={"q": ""}).status_code == 422
+
+
+def test_words_of_both_leaves_of_an_opened_book_are_shown_and_found(root, client):
+    with open_session(root / "missale") as writer:
+        capture = add_scan(writer, curl_scan(), facts={"by": "a test"})
+        folder = writer.staging("restore")
+        folder.mkdir(parents=True)
+        for part, word in (("left", "verso"), ("right", "recto")):
+            (folder / f"page-{part}-alto.xml").write_bytes(alto([(word, "folium")]))
+        measures = {"fingerprint": pack(bytes(PACKED_BYTES))}
+        parts = {part: {"page_mm": [1, 1], "measures": measures} for part in ("left", "right")}
+        record_run(writer, "restore", capture, parameters={}, result={"parts": parts}, files=folder)
+    client.post("/api/sessions/missale/open", json={"read_only": True})
+    for leaf, word in (("left.", "verso"), ("right.", "recto")):
+        words = client.get("/api/pages/1/words", params={"leaf": leaf}).json()["words"]
+        assert [one["text"] for one in words] == [word, "folium"]
+    assert client.get("/api/pages/1/words").json()["error"]["key"] == "no_words"
+    assert client.get("/api/pages/1").json()["words"] is True
+    found = client.get("/api/search", params={"q": "recto"}).json()
+    assert (found["pages_with_words"], [(hit["part"], hit["words"]) for hit in found["hits"]]) == (1, [("right", [0])])
+    both = client.get("/api/search", params={"q": "folium"}).json()["hits"]
+    assert [hit["part"] for hit in both] == ["left", "right"]
+    assert both[0]["label"] != both[1]["label"]
 
 
 def test_a_phrase_is_found_at_every_place():

@@ -20,9 +20,9 @@ export function parseModel(bytes) {
   return { ...header, arrays };
 }
 
-/** A model of an event: "scan", "mesh" or "steps"; the last few are kept. */
-export function loadModel(event, kind) {
-  const path = `/api/models/${event}/${kind}${kind === "scan" ? "?faces=0" : ""}`;
+/** A model of an event, or of a leaf of it: "scan", "mesh" or "steps"; the last few are kept. */
+export function loadModel(event, kind, prefix = "") {
+  const path = `/api/models/${event}/${kind}${kind === "scan" ? "?faces=0" : `?leaf=${prefix}`}`;
   if (!models.has(path)) {
     const loading = getBytes(path).then(parseModel);
     loading.catch(() => models.delete(path));

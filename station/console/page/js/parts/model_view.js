@@ -15,7 +15,7 @@ const REST_MS = 1200; // that it stays flat before it begins again
 const TURN_MS = 16_000; // of one turn
 const PALETTE = ["#1c488c", "#f2f2f2", "#8c1c1c"]; // where the server has no scale
 
-/** The view; `show(row)` loads what is chosen, `leave` stops it. */
+/** The view; `show(row, leaf)` loads what is chosen, `leave` stops it. */
 export class ModelView {
   constructor() {
     this.kind = "texture";
@@ -38,8 +38,8 @@ export class ModelView {
     this.play(false);
   }
 
-  async show(row) {
-    this.row = row;
+  async show(row, leaf) {
+    Object.assign(this, { row, leaf });
     this.stage.hidden = false;
     try {
       this.library ??= await import("./scene.js");
@@ -53,7 +53,7 @@ export class ModelView {
   }
 
   async load() {
-    const [row, kind] = [this.row, this.kind];
+    const [row, leaf, kind] = [this.row, this.leaf, this.kind];
     this.kinds.show(kind);
     this.slider.hidden = kind !== "flatten";
     this.empty.hidden = true;
@@ -63,9 +63,9 @@ export class ModelView {
     this.canvas.hidden = kind === "points";
     this.dots.hidden = kind !== "points";
     try {
-      await this[`draw_${kind}`](row, () => row === this.row && kind === this.kind);
+      await this[`draw_${kind}`](row, () => row === this.row && leaf === this.leaf && kind === this.kind);
     } catch (error) {
-      if (row === this.row) this.offer(error);
+      if (row === this.row && leaf === this.leaf) this.offer(error);
     }
     this.dirty();
   }
@@ -88,7 +88,7 @@ export class ModelView {
   }
 
   async draw_mesh(row, wanted, look = async () => ({ wire: true })) {
-    const model = await loadModel(row.restore, "mesh");
+    const model = await loadModel(row.restore, "mesh", this.leaf.prefix);
     const chosen = await look(model);
     if (!wanted()) return;
     this.scene.clear();
@@ -102,15 +102,15 @@ export class ModelView {
 
   draw_strain(row, wanted) {
     return this.draw_mesh(row, wanted, async (model) => {
-      const scale = await get(`/api/pictures/${row.restore}/strain/scale`).catch(() => ({ colours: PALETTE, end: model.strain_end }));
+      const scale = await get(`/api/pictures/${row.restore}/strain/scale?leaf=${this.leaf.prefix}`).catch(() => ({ colours: PALETTE, end: model.strain_end }));
       return { colours: this.library.scaled(model.arrays.strain.values, model.strain_end ?? scale.end, scale.colours) };
     });
   }
 
   /** The recorded steps of the solver; where none were kept, straight from the sheet in space to its flat positions. */
   async draw_flatten(row, wanted) {
-    const recorded = await loadModel(row.restore, "steps").catch(() => null);
-    const model = recorded ?? await loadModel(row.restore, "mesh");
+    const recorded = await loadModel(row.restore, "steps", this.leaf.prefix).catch(() => null);
+    const model = recorded ?? await loadModel(row.restore, "mesh", this.leaf.prefix);
     const frames = recorded ? framesOf(recorded.arrays.positions) : [model.arrays.vertices.values, lifted(model.arrays.flat.values)];
     const image = model.texture ? await this.image(model) : null;
     if (!wanted()) return;

@@ -23,8 +23,8 @@ export class Ruler {
     this.drawing = h("g", { class: "ruler" });
   }
 
-  start(row) {
-    this.row = row;
+  start(row, leaf) {
+    Object.assign(this, { row, leaf });
     this.viewer.element.append(this.cross);
     this.viewer.over.append(this.drawing);
     this.clicked ??= (event) => { if (event.quick) this.put(this.viewer.toPage(event.position)); };
@@ -60,7 +60,7 @@ export class Ruler {
     const [one, two] = this.points.map(({ x, y }) => [x, y].map((value) => (value * MM_PER_INCH) / this.viewer.page.dpi));
     setText(this.told, t("ruler.measuring"));
     try {
-      const query = new URLSearchParams({ x0: one[0], y0: one[1], x1: two[0], y1: two[1] });
+      const query = new URLSearchParams({ x0: one[0], y0: one[1], x1: two[0], y1: two[1], leaf: this.leaf.prefix });
       this.tell(await get(`/api/models/${this.row.restore}/measure?${query}`));
     } catch (error) {
       if (error.key === "not_recorded") this.tell({ page_mm: Math.hypot(two[0] - one[0], two[1] - one[1]) }, "ruler.unrecorded");

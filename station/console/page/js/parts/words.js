@@ -27,13 +27,13 @@ export class Words {
       h("div", { class: "search" }, icon("search"), field(t("words.search"), this.input)), this.told, this.hits);
   }
 
-  async start(row) {
-    this.row = row;
+  async start(row, leaf) {
+    Object.assign(this, { row, leaf });
     this.viewer.over.append(this.layer);
     this.viewer.svg.classList.add("readable");
     setText(this.told, t("words.loading"));
     try {
-      this.words = (await get(`/api/pages/${row.page}/words`)).words;
+      this.words = (await get(`/api/pages/${row.page}/words?leaf=${leaf.prefix}`)).words;
       setText(this.told, t("words.count", { n: number(this.words.length) }));
     } catch (error) {
       this.words = [];
@@ -50,7 +50,7 @@ export class Words {
 
   draw() {
     const wanted = plain(this.query).split(/\s+/).filter(Boolean);
-    const chosen = this.chosen?.page === this.row?.page ? this.chosen?.words ?? [] : [];
+    const chosen = this.chosen && this.isShown(this.chosen) ? this.chosen.words : [];
     this.layer.replaceChildren(...this.words.flatMap((word, at) => {
       const hit = wanted.some((one) => plain(word.text).includes(one));
       const text = h("text", { x: word.x, y: word.y + word.h * HEIGHT, textLength: Math.max(word.w, 1), lengthAdjust: "spacingAndGlyphs", "font-size": word.h, text: `${word.text} ` });
@@ -78,10 +78,15 @@ export class Words {
     return undefined;
   }
 
+  /** Whether a hit is on the page and the leaf that are shown. */
+  isShown({ page, part }) {
+    return this.row?.page === page && this.leaf.prefix === (part ? `${part}.` : "");
+  }
+
   // What is chosen is drawn with the words: they may be drawn again at any time, as when the page is told to have changed.
   async visit(hit) {
     this.chosen = hit;
-    if (hit.page !== this.row.page) await this.go(hit.page);
+    if (!this.isShown(hit)) await this.go(hit.page, hit.part);
     const word = this.words[hit.words[0]];
     if (word) this.viewer.reveal(word);
     this.draw();

@@ -39,7 +39,7 @@ class PageScreen {
     this.viewer = new PageViewer();
     this.compare = new Compare(this.viewer);
     this.ruler = new Ruler(this.viewer);
-    this.words = new Words(this.viewer, (page) => { select(page); return this.update(); });
+    this.words = new Words(this.viewer, (page, part) => { this.leaves.choose(part); select(page); return this.update(); });
     this.model = new ModelView();
     this.draft = new Draft(() => this.showDraft());
     this.hands = { spine: new LayoutTool(this.draft, this.viewer), outline: new OutlineTool(this.draft, this.viewer),
@@ -195,7 +195,7 @@ class PageScreen {
     this.showBefore();
     if (!drawn || tool === "model") this.startHand();
     if (!drawn) return this.showEmpty();
-    if (tool === "model") return this.model.show(this.row);
+    if (tool === "model") return this.model.show(this.row, this.leaf);
     this.model.leave();
     await this.showLayers();
     if (this.tool !== tool) return undefined; // another one was chosen meanwhile
@@ -204,8 +204,8 @@ class PageScreen {
       this.comparing.offer(["original", "master"].filter((name) => name === "original" || this.leaf.layers.includes(name)));
       this.comparing.show(this.against);
       await this.compare.show(this.row, this.viewer.page, this.against, this.leaf.prefix);
-    } else if (tool === "ruler") this.ruler.start(this.row);
-    else if (tool === "words") await this.words.start(this.row);
+    } else if (tool === "ruler") this.ruler.start(this.row, this.leaf);
+    else if (tool === "words") await this.words.start(this.row, this.leaf);
     return undefined;
   }
 
