@@ -16,8 +16,8 @@ SEED = 58
 HEAD = """# Constants
 
 Written by `python -m bench.constants --write-docs`. A constant is exact (mathematics, units, arithmetic), standard
-(prescribed by a format or a device), a budget (of time, memory or iterations), or tuned. The default path is what
-restoring a FAST and a FINE scan calls.
+(prescribed by a format or a device), a budget (of time, memory, iterations or samples), or tuned. The default path is
+what restoring a FAST and a FINE scan calls.
 """
 
 

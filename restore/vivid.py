@@ -16,3 +16,6 @@ FOCAL_PX = MappingProxyType({"TELE": 3454.7, "MIDDLE": 1942.8, "WIDE": 1070.2})
 
 From the straight line through the fields of view of p. 26.
 """
+
+WRITTEN_MM = 0.01
+"""To which files of its software are rounded."""

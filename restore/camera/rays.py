@@ -15,14 +15,15 @@ import numpy as np
 
 from restore.errors import NotEnoughSurface
 from restore.scan import Floats, Ints, RangeScan
+from restore.settings import MIN_POINTS
 
-# The rays of a scan written with two decimals (0.01 mm at 900 mm) scatter by a hundredth of a sample; merged or moved
-# views scatter by whole samples.
+# Samples. Those of a scan written with two decimals scatter by a hundredth to a fiftieth, of an export of the scanner's
+# own software by 0.06; merged or moved views scatter by whole samples.
 MAX_SCATTER = 0.1
-MIN_SAMPLES = 50
 # 45°: a shadow of the laser ends on its ray, steeper than that for any baseline that is shorter than the distance.
 STEEP = 1.0
 MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that both camera and laser see, less steep than the step to the table
+ASPECT_TOLERANCE = 0.01  # grid and picture are of one camera: a row or column in 100 more is still the same view
 EDGE_BLUR = 3  # samples over which lens and drop-outs blur the edge of the sheet
 MAX_GAP = 2  # samples: drop-outs inside ink leave gaps of one or two
 MIN_DISTORTION_GAIN = 0.005  # samples: least reduction of the scatter for which lens distortion is fitted
@@ -104,9 +105,9 @@ def find_rays(scan: RangeScan) -> Rays | None:
     fit.
     """
     rows, cols = np.nonzero(scan.measured)
-    if len(rows) < MIN_SAMPLES or np.ptp(rows) < 2 or np.ptp(cols) < 2:
+    if len(rows) < MIN_POINTS or np.ptp(rows) < 2 or np.ptp(cols) < 2:
         raise NotEnoughSurface(
-            f"the scan holds {len(rows)} samples, a page takes {MIN_SAMPLES} and more",
+            f"the scan holds {len(rows)} samples, a page takes {MIN_POINTS} and more",
             "check laser power, distance and lens, and scan again; export a mesh with more vertices",
         )
     x, y, z = scan.points[rows, cols].T

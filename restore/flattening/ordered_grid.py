@@ -26,18 +26,17 @@ from restore.mesh.surface_lengths import bent_lengths
 from restore.mesh.topology import Topology
 from restore.mesh.validate import validated
 from restore.numerics.limits import SINGLE_PRECISION, SMALL, TINY
-from restore.numerics.robust import MAJORITY, robust_sigma
+from restore.numerics.robust import MAJORITY, NEVER, robust_sigma
 from restore.page import FlatMesh
 from restore.scan import Floats, Ints, Mask, SurfaceMesh
 
 MAX_NODES = 20_000  # solved in seconds; a page of two million points is smooth between these
 MAX_SLOPE = 3e-3  # of a link between nodes, from noise: it is too long by half the square, 5 µm in a metre
 MIN_REACH = 2  # points to either side of a node: fewer do not determine a quadratic patch at the border
-JUMP_SIGMAS = 10.0  # beyond the median link: none of millions is so long by chance
 MIN_JUMP = 1.25  # of the median link, on a regular grid: the next winding is three quarters of a link away
 SAMPLED_ROWS = 200  # enough for the noise, by fourth differences: the bend of the surface is gone in them
 FOURTH = sqrt(1.0 + 16.0 + 36.0 + 16.0 + 1.0)  # standard deviations of the noise, in a fourth difference
-NO_LENGTH = 1e-3  # of the mean edge
+NO_LENGTH = 1e-3  # of the usual edge: none
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +161,7 @@ def typical_links(points: Floats) -> list[tuple[float, float]]:
         lengths = lengths[np.isfinite(lengths)]
         middle = float(np.median(lengths)) if len(lengths) else 0.0
         spread = robust_sigma(lengths - middle) if len(lengths) else 0.0
-        found.append((max(middle, TINY), max(middle + JUMP_SIGMAS * spread, MIN_JUMP * middle)))
+        found.append((max(middle, TINY), max(middle + NEVER * spread, MIN_JUMP * middle)))
     return found
 
 

@@ -6,9 +6,8 @@ Editors leave them where they fill holes.
 from __future__ import annotations
 
 from restore.findings import Finding
+from restore.numerics.robust import MAJORITY
 from restore.scan import Mask
-
-MAX_BARE = 0.5  # of the faces: where more are bare, the surface is kept instead of the picture
 
 
 def kept_faces(bare: Mask, *, pictured: bool = True) -> tuple[Mask, tuple[Finding, ...]]:
@@ -23,6 +22,6 @@ def kept_faces(bare: Mask, *, pictured: bool = True) -> tuple[Mask, tuple[Findin
     if not pictured or count in (0, len(bare)):
         return bare | True, ()
     fraction = count / len(bare)
-    if fraction > MAX_BARE:
+    if fraction > MAJORITY:  # the surface is kept instead of the picture
         return bare | True, (Finding.of("picture_left_out", fraction, count=count, total=len(bare)),)
     return ~bare, (Finding.of("bare_faces", fraction, count=count, total=len(bare)),)

@@ -29,7 +29,7 @@ CAMERA_SIZE, PROJECTOR_SIZE = "cam_size", "proj_size"
 MAX_BYTES = 2**20  # a page of numbers
 MAX_NUMBERS = 64  # of a field
 DISTORTIONS = (4, 5, 8, 12, 14)  # coefficients that OpenCV knows
-ORTHONORMAL = 1e-3  # error of a rotation that was written with four digits
+ORTHONORMAL = 1e-3  # error of a rotation that was written as text, with four digits
 RECALIBRATE = "give the file that the calibration wrote, with the fields " + ", ".join(NAMES[0])
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from scipy.ndimage import label
 
 from restore.findings import Finding
+from restore.flattening.ordered_grid import NO_LENGTH
+from restore.numerics.robust import NEARLY_ALL
 from restore.scan import Floats, Mask
 
-NO_LENGTH = 1e-3  # of the median link: two lines are one
-NEARLY_ALL = 0.9  # of the links between two lines that are one
 WIDE = 1.5  # median links: a line is missing there
 NAMES = ("rows", "columns")
 

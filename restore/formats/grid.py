@@ -6,12 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from restore.camera.rays import ASPECT_TOLERANCE
 from restore.errors import BadInput
 from restore.formats.source import DAMAGED, MAX_SAMPLES
 from restore.scan import Bytes, Floats, Ints, Mask
-
-# Grid and picture come from one camera; a difference of one row or column in 100 is still the same view.
-ASPECT_TOLERANCE = 0.01
 
 
 def check_grid(path: Path, rows: int, cols: int) -> None:

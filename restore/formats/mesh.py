@@ -20,6 +20,7 @@ from restore.formats.picture import adjacent_picture
 from restore.formats.source import DAMAGED, MAX_SAMPLES, NO_FACES, ONE_SHOT
 from restore.formats.tiles import in_first_tile
 from restore.mesh.adjacency import used_vertices
+from restore.numerics.robust import MAJORITY
 from restore.numerics.units import MAX_COORDINATE_MM
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
@@ -29,7 +30,6 @@ MAX_ITEMS = 6 * MAX_SAMPLES
 MAX_FACES = 3 * 2**20
 MAX_CORNERS = 256  # of a face; scanners write triangles and quads, editors no more than some dozens
 Numbers = NDArray[np.int32]  # of vertices or corners, half as large as Ints
-MAX_BROKEN = 0.5  # of the faces may have a vertex that is not a number
 MAX_TEXCOORD = 100.0  # tiles of a picture that repeats; UDIM has ten in a row, and files few rows
 
 
@@ -100,7 +100,7 @@ def _finite_faces(path: Path, vertices: Floats, faces: Ints) -> tuple[Ints, list
     if not broken.any():
         return faces, []
     lost: Mask = np.any(broken[faces], axis=1)
-    if lost.sum() > MAX_BROKEN * len(lost):
+    if lost.sum() > MAJORITY * len(lost):
         first = int(np.argmax(broken))
         x, y, z = vertices[first]
         raise BadInput(f"{path}: vertex {first} lies at ({x:g}, {y:g}, {z:g}) mm, and most faces have such", DAMAGED)

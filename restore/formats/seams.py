@@ -23,7 +23,7 @@ from restore.mesh.validate import validated
 from restore.scan import Bytes, Ints, SurfaceMesh
 from restore.texture.page import MM_PER_INCH, nearest_colours, page_map, sample, sampling_ppi
 
-OVERSAMPLING = 1.5  # of the charts, so that to paint them twice does not blur them
+OVERSAMPLING = 1.5  # of charts or vertices, so that to paint them twice does not blur them
 
 
 def without_seams(mesh: SurfaceMesh) -> SurfaceMesh:

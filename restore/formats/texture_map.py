@@ -17,14 +17,12 @@ from restore.findings import Finding
 from restore.mesh.orient import map_runs_back
 from restore.mesh.places import SAME_PIXELS, first_at_place
 from restore.numerics.limits import TINY
+from restore.numerics.robust import MAJORITY, OUTLYING
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh, with_findings
 
 INSETS_PX = (0.0, 1.0, 2.0)  # from the border of a chart: some atlases pad it, others leave half a pixel of it
 MIN_SEAM = 30  # pairs of vertices across seams for a decision
-ALIKE = 0.5  # of the difference of any two colours there, those that meet lack at least as much
-BETTER = 0.5  # of the difference before may be left
 SHIFTS = 8  # of one side along the other, by which chance is estimated
-CERTAIN = 4.0  # standard errors of an average by chance
 AXES = {1: "v of the texture coordinates runs down the image", 0: "u of the texture coordinates runs to the left"}
 
 
@@ -63,14 +61,14 @@ def _axis_to_turn(mesh: SurfaceMesh, texture: Bytes, texcoords: Floats) -> int |
     one, other = np.flatnonzero(apart), place[apart]
     moved = apart | np.isin(np.arange(len(place)), other)
     inner = [_moved_inside(mesh.faces, texcoords, moved, inset) for inset in INSETS_PX]
-    before, least = _seams(texture, inner, one, other), max(ALIKE, CERTAIN / sqrt(len(one)))
+    before, least = _seams(texture, inner, one, other), max(MAJORITY, OUTLYING / sqrt(len(one)))
     after = {
         axis: _seams(texture, [_turned_over(places, texture, axis) for places in inner], one, other) for axis in AXES
     }
     best = max(after, key=lambda axis: after[axis].alikeness)
     gain = before.differences - after[best].differences
-    surely = gain.mean() > CERTAIN * gain.std() / sqrt(len(gain))  # letters on a few pairs may meet by chance
-    better = surely and after[best].differences.mean() < BETTER * before.differences.mean()
+    surely = gain.mean() > OUTLYING * gain.std() / sqrt(len(gain))  # letters on a few pairs may meet by chance
+    better = surely and after[best].differences.mean() < MAJORITY * before.differences.mean()
     return best if better and after[best].alikeness > least else None
 
 

@@ -16,17 +16,17 @@ from restore.errors import RestoreError
 from restore.findings import Finding
 from restore.flattening.methods import flatten_points
 from restore.formats.mesh import PaintedMesh
+from restore.formats.seams import OVERSAMPLING
 from restore.mesh.measures import face_normals, signed_areas
 from restore.mesh.places import first_at_place
 from restore.mesh.pose import pose_on_table
 from restore.mesh.triangulate import compact
 from restore.mesh.validate import ValidMesh, validated
+from restore.numerics.robust import NEARLY_ALL
 from restore.range_image.resample import resample
 from restore.scan import Bytes, Floats, Ints, SurfaceMesh, with_findings
 from restore.texture.page import MM_PER_INCH, median_over_area, nearest_colours, page_map
 
-OVERSAMPLING = 1.5  # of the vertices where they are dense
-DENSE = 0.9  # of the area has vertices no denser
 MAX_PIXELS = 16_000_000  # ten times the vertices of the largest range camera
 
 
@@ -92,7 +92,7 @@ def _picture_ppi(flat: Floats, areas: Floats) -> float:
 
     flat: (n, 2) mm, between faces of areas (m,) mm².
     """
-    densest = median_over_area(-_apart(areas), areas, fraction=DENSE)
+    densest = median_over_area(-_apart(areas), areas, fraction=NEARLY_ALL)
     most = sqrt(MAX_PIXELS / float(np.prod(np.ptp(flat, axis=0))))
     return MM_PER_INCH * min(OVERSAMPLING / -densest, most)
 

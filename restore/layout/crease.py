@@ -9,19 +9,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from restore.numerics.lines import theil_sen
-from restore.numerics.robust import OUTLYING, robust_sigma
+from restore.numerics.lines import MIN_POINTS, theil_sen
+from restore.numerics.robust import MAJORITY, OUTLYING, robust_sigma
+from restore.range_image.facets.facet_model import WIDE_RADIUS
 from restore.range_image.facets.sheet import Sheet
 from restore.scan import Floats, Ints
 
 MIXED = 2  # samples on either side of the crease that its facet may have mixed
-SPAN = 7  # samples of each wall that a parabola is fitted to, the width of a facet
+SPAN = 2 * WIDE_RADIUS + 1  # samples of each wall that a parabola is fitted to, and rows with common ones: a facet
 MAX_MOVE = 5.0  # samples from the first place: two of a facet's half widths, and the rounding of that place
-INDEPENDENT = 7  # rows with common samples: a facet averages that many
 HIDDEN = 12  # samples on either side in which the measured walls begin
-MIN_ROWS = 10  # that a line is fitted to
 NEWTON_STEPS = 3  # from the crossing of parabolas to that of cubics: less than a sample in most rows
-HALVED = 0.5  # of the residual of a line: a bend that takes less is not one
 
 
 class Crease(NamedTuple):
@@ -52,7 +50,7 @@ def place_crease(sheet: Sheet, rows: Floats, cols: Floats) -> Crease | None:
     first = np.interp(row, rows, cols)
     found, by_cubics = _crossings(sheet, row, first)
     known = np.isfinite(found)
-    if known.sum() < MIN_ROWS:
+    if known.sum() < MIN_POINTS:
         return None
     line = _fit(row[known].astype(float), found[known])
     ends = np.linspace(row[known][0], row[known][-1], 9)
@@ -88,8 +86,8 @@ def _fit(row: Floats, col: Floats) -> _Line:
     near = np.abs(residual) <= OUTLYING * max(robust_sigma(residual), 1e-3)
     line, curve = (np.polyfit(row[near], col[near], degree) for degree in (1, 2))
     rms, bent = (float(np.sqrt(np.mean((col[near] - np.polyval(fit, row[near])) ** 2))) for fit in (line, curve))
-    chosen, spread = (curve, bent) if bent < HALVED * rms else (line, rms)
-    return _Line(np.asarray(chosen), spread / np.sqrt(max(near.sum() / INDEPENDENT, 1.0)))
+    chosen, spread = (curve, bent) if bent < MAJORITY * rms else (line, rms)
+    return _Line(np.asarray(chosen), spread / np.sqrt(max(near.sum() / SPAN, 1.0)))
 
 
 def _crossings(sheet: Sheet, row: Ints, first: Floats) -> tuple[Floats, Floats]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from restore.mesh.triangulate import compact
 from restore.page import FlatMesh
 from restore.scan import Bytes, Floats, Mask
+from restore.shading.paper import HUE
 from restore.texture.page import MM_PER_INCH, page_map
 
 DPI = 150.0  # finer than the scanner's own picture
@@ -24,9 +25,7 @@ BLUR_PX = 1.0  # against the noise of the picture
 STEP = 0.02  # change from row to row, of the local level, that print makes and noise does not
 LEVEL_MM = 4.0  # of the height over which the level is averaged
 DARKEST = 12.0  # grey levels: below, the noise is as large as what print leaves
-COLOUR = 0.06  # of the fraction of one channel: more than the tint that the walls of a gutter throw on each other
 QUANTILE = 0.9  # of a row: print on a tenth of it counts
-BRIGHT = 0.5  # quantile of the page's brightness above which it is paper
 
 
 def print_over_spine(fine: FlatMesh, place: Floats) -> float | None:
@@ -100,7 +99,7 @@ def _coloured(picture: Bytes, side: Mask, paper: Floats) -> Mask:
     values = picture.astype(float)
     total = values.sum(axis=2)
     away = np.abs(values / np.maximum(total, 1.0)[..., None] - paper).max(axis=2)
-    return _quantile(np.where(side & (total > 3 * DARKEST), away, np.nan)) > COLOUR
+    return _quantile(np.where(side & (total > 3 * DARKEST), away, np.nan)) > HUE
 
 
 def _quantile(values: Floats) -> Floats:
@@ -128,5 +127,5 @@ def _paper_colour(fine: FlatMesh) -> Floats:
     height, width = fine.texture.shape[:2]
     colours = fine.texture[np.clip(y, 0, height - 1), np.clip(x, 0, width - 1)].astype(float)
     total = colours.sum(axis=1)
-    bright = colours[total >= np.quantile(total, BRIGHT)]
+    bright = colours[total >= np.median(total)]
     return np.asarray(np.median(bright / np.maximum(bright.sum(axis=1), 1.0)[:, None], axis=0))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from restore.layout.finding import Advice, BookPrior, IsSpine, LayoutFinding
 from restore.layout.spine import Spine
+from restore.numerics.robust import NEARLY_ALL
 
 VALLEY_DEG = -15.0  # turn of a gutter, at most; of a page that lies bent for another reason it is less
 SHALLOW_DEG = -8.0  # of a book that lies flat: a valley, and not to be known from a wave
 ARCH_DEG = 1.0  # by which the pages of a book arch back next to it; a folded card is flat there to 0.1
 SPRUNG_DEG = -0.8  # a wave, or the panels of a card that springs open, bend the other way there
-BANDS = 0.9  # of the height: a spine runs from head to tail
 LEAN_DEG = 2.5  # a spine is parallel to the sides of the page, as far as a binder cuts at right angles
 SIGMA_MM = 1.0  # a cut that is placed worse may take letters
 OTHER = (
@@ -51,7 +51,8 @@ def _is_spine(spine: Spine) -> tuple[IsSpine, str]:
     doubts = {
         f"the valley turns by {-spine.turn_deg:.0f}° only": spine.turn_deg > VALLEY_DEG,
         f"the pages arch back by {spine.beyond_deg:.1f}° only": spine.beyond_deg < ARCH_DEG,
-        f"the valley runs along {spine.bands:.0%} of the height only": spine.bands < BANDS,
+        # A spine runs from head to tail.
+        f"the valley runs along {spine.bands:.0%} of the height only": spine.bands < NEARLY_ALL,
         f"the valley leans by {spine.lean_deg:.1f}°": abs(spine.lean_deg) > LEAN_DEG,
         f"its place is known to {spine.sigma_mm:.1f} mm only": spine.sigma_mm > SIGMA_MM,
     }

@@ -22,6 +22,7 @@ from restore.prepared.prepare import prepare
 from restore.prepared.prepared import Prepared, Unrolled
 from restore.prepared.refine import interpolate_flat_positions
 from restore.prepared.separate import SeparateSheet, find_sheets
+from restore.range_image.facets.creases import HALF_WIDTH
 from restore.range_image.facets.sheet import Sheet
 from restore.range_image.hidden_gutter import find_hidden_gutter
 from restore.runtime.arguments import checks_types
@@ -29,8 +30,6 @@ from restore.runtime.kept import keep_result
 from restore.scan import Floats, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
 from restore.texture.page import MM_PER_INCH, page_map
-
-WALL = 4.0  # samples: the walls of a gutter next to its crease
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,9 +133,9 @@ def _mm_across(sheet: Sheet, unrolled: Unrolled, crease: Crease) -> float:
     shape, fine = sheet.inside.shape, unrolled.fine
     left, right = (
         interpolate_flat_positions(shape, unrolled.nodes, fine.faces, fine.flat, crease.nodes + [0.0, step])
-        for step in (-WALL, WALL)
+        for step in (-HALF_WIDTH, HALF_WIDTH)
     )
-    return float(np.median(np.linalg.norm(right - left, axis=1))) / (2 * WALL)
+    return float(np.median(np.linalg.norm(right - left, axis=1))) / (2 * HALF_WIDTH)
 
 
 def _along(fine: FlatMesh, values: Floats, place: Floats) -> Floats:

@@ -19,8 +19,7 @@ from restore.scan import Floats
 PER_MM = 2.0  # columns of the tilt map for one millimetre: half a sample of the scanner's fine mode
 BANDS = 12  # across the height; each shows the spine for itself
 WINDOW_MM = 8.0  # left and right of a place, over which the tilt is averaged
-MIN_WINDOW_MM = 3.0  # of a window that the page's edge cuts
-NARROW_MM = 3.0  # the same for the exact place: a steep wall turns within few millimetres
+NARROW_MM = 3.0  # for the exact place, and of a window that the page's edge cuts: a steep wall turns within so little
 SEARCH_MM = 6.0  # from the place of the whole page to that of one band
 BEYOND_MM = (10.0, 25.0)  # from the spine: where a page arches back
 APART_MM = 30.0  # from the spine: a valley or a ridge there is another crease
@@ -115,7 +114,7 @@ def turns_of(profile: Floats, window_mm: float) -> Floats:
     def mean(first: NDArray[np.int64], end: NDArray[np.int64]) -> Floats:
         first, end = np.clip(first, 0, width), np.clip(end, 0, width)
         number = (count[:, end] - count[:, first]).astype(float)
-        number[number < MIN_WINDOW_MM * PER_MM] = np.nan
+        number[number < NARROW_MM * PER_MM] = np.nan
         return np.asarray((total[:, end] - total[:, first]) / number)
 
     return mean(at, at + window) - mean(at - window, at)

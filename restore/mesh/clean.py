@@ -22,7 +22,6 @@ from restore.scan import Ints, SurfaceMesh
 RAW_RATIO = 5  # times the points requested: a denser mesh is a scanner's own, a coarser one was decimated before
 
 MAX_PIECES = 500  # of a page: one that was torn up further is put together by hand before
-MAX_DEBRIS = 0.02  # of the area: what a scanner leaves round a page
 
 
 def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
@@ -86,7 +85,7 @@ def large_pieces(mesh: ValidMesh) -> list[Ints]:
 def without_debris(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
     """Return a mesh without debris, and a finding if that is much.
 
-    Much is more than MAX_DEBRIS of its area. Raises NotEnoughSurface where debris is most of it.
+    Much is more than MIN_PIECE_SHARE of its area. Raises NotEnoughSurface where debris is most of it.
     """
     large = large_pieces(mesh)
     kept = np.zeros(len(mesh.faces), bool)
@@ -94,7 +93,7 @@ def without_debris(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
         kept[piece] = True
     areas = np.linalg.norm(mesh.normals, axis=1)
     left_out = float(areas[~kept].sum() / areas.sum())
-    if left_out <= MAX_DEBRIS:
+    if left_out <= MIN_PIECE_SHARE:
         return mesh, []
     if left_out > MAJORITY:
         raise NotEnoughSurface(

@@ -6,6 +6,8 @@ import numpy as np
 
 from restore.scan import Floats
 
+MIN_POINTS = 10  # rows or samples: fewer do not determine the direction of an edge
+
 
 def theil_sen(x: Floats, y: Floats) -> tuple[float, float]:
     """Return slope and offset of the line y = slope · x + offset.

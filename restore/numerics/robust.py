@@ -13,9 +13,11 @@ from restore.scan import Floats
 # Croux, "Alternatives to the median absolute deviation", 1993).
 MAD_TO_SIGMA = 1.4826
 MAJORITY = 0.5  # of a whole: more is most of it
+NEARLY_ALL = 0.9  # of a whole: the rest is its ragged border, holes, noise
 SIGNIFICANT = 3.0  # standard deviations: of normal noise one in 370 lies farther out
 CAUCHY = 2.5  # standard deviations, where an estimate of Cauchy's halves the weight, and Huber's begins to bound it
 OUTLYING = 4.0  # standard deviations: of normal noise one in 16,000
+NEVER = 10.0  # standard deviations: of normal noise none of millions
 
 
 def robust_sigma(residuals: NDArray[Any]) -> float:

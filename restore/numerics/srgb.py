@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from restore.scan import Bytes
 
+CLIPPED = 252  # code from which a sensor may be full, and the light unknown
 _CODE = np.arange(256) / 255
 LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
 """Linear light (256,) of each sRGB code (IEC 61966-2-1)."""

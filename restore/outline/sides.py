@@ -17,6 +17,7 @@ import numpy as np
 from restore.mesh.measures import signed_areas
 from restore.mesh.topology import Topology
 from restore.mesh.triangulate import compact
+from restore.numerics.lines import MIN_POINTS
 from restore.outline.crossings import WRONG, Crossings, crossings_of, separate, where
 from restore.outline.picture_edge import PictureSteps, edge_in_picture, steps_in_picture
 from restore.outline.rectangle import CORNER_SHARE, has_straight_sides
@@ -29,7 +30,6 @@ INLIER_DISTANCE = 0.75  # samples: OUTLINE_ERROR, and the error of the line itse
 MAX_SHIFT = INLIER_DISTANCE + 1.0  # samples: and one that the border lost or gained
 MIN_INLIERS = 0.75  # fraction of a side's outline points near its line; torn or curved sides have fewer
 MAX_CORNER_SHIFT = 4.0  # samples: morphology has rounded the corners, and nodes are as far apart
-MIN_LINE_POINTS = 8  # of the outline: fewer do not determine a line
 MIN_AREA_RATIO = 0.1  # least area of a face after the move, as a fraction of its area before
 GRID_ITERATIONS = 6  # of the grid positions of moved vertices; the sixth hardly changes them
 MAX_UNDO_ROUNDS = 8  # of undoing moves that collapse faces; each round leaves fewer
@@ -168,7 +168,7 @@ def _fit_side(sheet: Sheet, crossings: Crossings, axis: int, sign: int) -> Line 
     if steps is not None:
         # The cut of a mesh says nothing of where the paper ends; a piece of what lies beyond is not part of the page.
         on_side = where(steps.places, _near_line(steps.places, axis, sign))
-    if len(on_side.nodes) < MIN_LINE_POINTS:
+    if len(on_side.nodes) < MIN_POINTS:
         return None
     near = where(on_side, _near_line(on_side, axis, sign))
     # Least squares over the inliers: an outline runs in steps of a sample, and a median would be one of the steps.

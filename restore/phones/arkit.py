@@ -15,13 +15,13 @@ import numpy as np
 
 from restore.camera.photo_camera import PARAMETERS, PhotoCamera
 from restore.errors import BadInput
+from restore.formats.calibration import ORTHONORMAL
 from restore.formats.source import DAMAGED
 from restore.scan import Floats
 
 MM_PER_METRE = 1000.0
 UPRIGHT = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])  # y up to z up
 LENS = np.diag([1.0, -1.0, -1.0])  # y up and z back to y down and z forward
-RIGID = 1e-3  # error of a rotation in single precision, written as text
 SQUARE = 0.01  # of the focal length: pixels of phones are square
 
 
@@ -55,7 +55,7 @@ def camera_of(
     """
     fx, fy, cx, cy = intrinsics
     rotation = pose[:3, :3]
-    if not np.isfinite(pose).all() or np.abs(rotation @ rotation.T - np.eye(3)).max() > RIGID:
+    if not np.isfinite(pose).all() or np.abs(rotation @ rotation.T - np.eye(3)).max() > ORTHONORMAL:
         raise BadInput(f"{path}: its pose is not a rotation and translation", DAMAGED)
     if not (fx > 0 and abs(fx - fy) < SQUARE * fx and 0 < cx < size[0] and 0 < cy < size[1]):
         numbers = f"fx {fx:g}, fy {fy:g}, cx {cx:g}, cy {cy:g}"

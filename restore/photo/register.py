@@ -9,7 +9,7 @@ import numpy as np
 
 from restore.camera.photo_camera import PARAMETERS, PhotoCamera, project_with_jacobian
 from restore.photo.blur import relative_blur
-from restore.photo.dense import GRID, WINDOW, Shifts, measure
+from restore.photo.dense import FLOOR, GRID, WINDOW, Shifts, measure
 from restore.photo.features import Features, detect, match, reference_features
 from restore.photo.photograph import Photograph
 from restore.photo.pose import FOCAL_SPREAD, LADDER, LOOSE, find_pose, prior_deviation, refine, reprojection_errors
@@ -21,7 +21,6 @@ from restore.scan import Bytes, Floats
 SIDES = (800, 1600, 2200)
 DENSE_SIDE = 3200  # of the copy on which shifts are measured and sharpness is checked
 MIRROR_SIDE = SIDES[1]
-MIN_CONTRAST = 3.0  # grey levels: standard deviation of a picture that shows something
 MIN_INLIERS = 8  # no more agree by chance than that, and what they agree on is proved on the whole surface
 MIRRORED_INLIERS = 16  # for a reason that is not proved
 REFINEMENTS = 6
@@ -35,8 +34,7 @@ MIN_PLACES = 14  # as many unknowns has a camera
 MIN_ALIKE = 0.6  # of the places with print: the rest is glare, shadow, fingers; of another page, up to half are
 HOPELESS = 0.2  # of them, after two refinements: twice what another page has
 MAX_BLUR = 0.9  # reference pixels, by which it spreads print more: the scanner itself spreads it by half as much
-MAX_RESIDUAL = 0.5  # reference pixels, rms: a page that was moved or bent between scan and photograph has more
-MAX_UNCERTAIN = 0.5  # reference pixels, rms over the page
+MAX_RESIDUAL = 0.5  # reference pixels, rms: a page that was moved or bent since has more, and so has an uncertain pose
 UNKNOWN_MM = 10.0  # larger errors than two lines of print are all alike
 OVERLAP = WINDOW / GRID  # neighbouring windows have most pixels, and so errors, in common
 MIN_COVERAGE = 0.1  # of the page: less is hardly worth its seams
@@ -85,7 +83,7 @@ def register(reference: Reference, photograph: Photograph) -> Registration:
     Raises Refused when it does not reliably show the page of the reference.
     """
     grey = cv2.cvtColor(photograph.image, cv2.COLOR_RGB2GRAY)
-    if cv2.meanStdDev(grey)[1].item() < MIN_CONTRAST:
+    if cv2.meanStdDev(grey)[1].item() < FLOOR:
         raise Refused("the photograph is blank", "look at it, and take it again with light and without the lens cap")
     ours, refused = reference_features(reference), Refused("")
     large = _shrunk(grey, DENSE_SIDE)
@@ -256,7 +254,7 @@ def _insist(found: Registration, reference: Reference) -> None:
             "was the page moved between scan and photograph?",
             AGAIN,
         )
-    if found.uncertainty_px > MAX_UNCERTAIN * found.scale:
+    if found.uncertainty_px > MAX_RESIDUAL * found.scale:
         mm = found.uncertainty_px / found.scale * reference.pixel_mm
         raise Refused(
             "the photograph and the scan have too little print in common, or all of it in one corner, to locate the "

@@ -13,13 +13,13 @@ import numpy as np
 from restore.camera.photo_camera import PhotoCamera
 from restore.mesh.raster import rasterise
 from restore.numerics.limits import SINGLE_TINY
+from restore.numerics.srgb import CLIPPED
 from restore.photo.coarse import blurred_widely
 from restore.scan import Bytes, Floats, Ints, Mask
 
 BUFFER_SIDE = 1200  # pixels of the depth buffer's longer side: a quarter of a millimetre on a page that fills it
 OCCLUSION_MM = 1.0  # what lies this much behind the nearest surface is hidden; one pixel on a wall of 70° is less
 MIN_FACING = 0.2  # cosine of 78°: seen flatter than that, print cannot be read
-CLIPPED = 250  # a code from which the sensor is full
 GLARE_SHARE = 0.3  # of the pixels of a spot
 GLARE_GAIN = 1.25  # of the spot's light over that of its surroundings, against what the scanner saw
 # On dark ink a glare need not fill the sensor: no slope is lit three times as much as its surroundings, and light

@@ -15,10 +15,9 @@ from restore.camera.rays import STEEP
 from restore.numerics.robust import MAJORITY
 from restore.range_image.facets.sheet import Sheet
 from restore.range_image.gaps import gaps_of_rows
-from restore.range_image.segmentation.segment import SegmentedScan
+from restore.range_image.segmentation.segment import MAX_LOST, SegmentedScan
 from restore.scan import Floats, Mask
 
-MIN_GAP = 4  # samples: of 30 % lost at random, four in a row are lost at one place in a hundred
 STEEPEST = np.cos(np.radians(70.0))  # of the line of sight to the paper: a third of the light, a third of the samples
 
 
@@ -65,9 +64,9 @@ def _steep_gaps(depth: Floats, measured: Mask, step: float) -> Mask:
 def _gaps_beside(measured: Mask, inside: Mask, shadow: Mask) -> int:
     """Count the gaps of a row that lead from the sheet to what lies beyond.
 
-    They are MIN_GAP samples or wider and not in a shadow.
+    They are wider than those that the sheet goes on over, and not in a shadow.
     """
     last, following = gaps_of_rows(measured)
-    leads = (following - last > MIN_GAP) & (inside.ravel()[last] != inside.ravel()[following])
+    leads = (following - last > MAX_LOST) & (inside.ravel()[last] != inside.ravel()[following])
     shadowed = np.cumsum(shadow)  # samples, up to each
     return int((shadowed[last[leads]] == shadowed[following[leads] - 1]).sum())

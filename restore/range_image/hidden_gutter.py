@@ -10,15 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from restore.numerics.lines import theil_sen
-from restore.range_image.segmentation.segment import SegmentedScan
+from restore.numerics.lines import MIN_POINTS, theil_sen
+from restore.range_image.segmentation.segment import ANOTHER, SegmentedScan
 from restore.scan import Floats, Ints, Mask
 
 MAX_HIDDEN_MM = 40.0  # from edge to edge in space: of the deepest gutters of thick books
 MAX_HEIGHT_RATIO = 1.1  # leaves of one book are cut at once; a corner that gave no range takes some of one edge
 MAX_HEAD_STEP_MM = 5.0  # along the gap, between the heads of both leaves
-MIN_SIZE_RATIO = 0.25  # of the smaller sheet to the larger: less is a strip or a weight
-MIN_COMMON_ROWS = 16  # of the picture; fewer do not determine the direction of an edge
 CORNER_MM = 6.0  # from the line along an edge: a ragged gutter varies by less, head and tail run away from it
 
 
@@ -58,7 +56,7 @@ def _gutter(sheets: Sequence[SegmentedScan], left: int, right: int) -> HiddenGut
     scan, rows = sheets[left].scan, np.arange(cols.shape[1])
     edges = [_along_line(scan.points[rows, at], at >= 0) for at in cols]
     both = np.isfinite(edges).all(axis=(0, 2))
-    if small < MIN_SIZE_RATIO * large or both.sum() < MIN_COMMON_ROWS:
+    if small < ANOTHER * large or both.sum() < MIN_POINTS:
         return None
     (left_head, left_tail), (right_head, right_tail) = (_ends(edge) for edge in edges)
     down = left_tail - left_head + right_tail - right_head
@@ -87,7 +85,7 @@ def _along_line(edge: Floats, known: Mask) -> Floats:
     It is NaN where unknown or round a corner, away from the line of most rows.
     """
     row = np.flatnonzero(known)
-    if len(row) < MIN_COMMON_ROWS:
+    if len(row) < MIN_POINTS:
         return np.full_like(edge, np.nan)
     slope, offset = theil_sen(row.astype(float), edge[row, 0])
     on_line = known & (np.abs(edge[:, 0] - slope * np.arange(len(edge)) - offset) <= CORNER_MM)

@@ -16,17 +16,15 @@ from scipy.ndimage import distance_transform_edt, label
 from restore.camera.rays import STEEP
 from restore.mesh.adjacency import used_vertices
 from restore.mesh.raster import rasterise
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import NEVER, robust_sigma
 from restore.range_image.facets.sheet import Sheet
 from restore.range_image.remove_table import MIN_OF_TABLE
-from restore.range_image.segmentation.segment import SegmentedScan
+from restore.range_image.segmentation.segment import CLOSING_DIAMETER, SegmentedScan
 from restore.scan import Floats, Mask, SurfaceMesh
 
 MIN_SAMPLES = 6  # on the table, of one hole: two millimetres wide for a page that fills the picture
 MIN_STEP_MM = 1.0  # from paper to table: a page that lies on it may have print of its colour
-STEP_SIGMAS = 10.0  # of the noise of the table
 MIN_SHARE = 0.3  # of a gap in the sheet: where less of it shows the table, the rest is a drop-out next to a hole
-BROAD = (5, 5)  # samples: what is narrower at a hole is a chain of drop-outs next to it
 
 
 def holes_to_table(sheet: Sheet, segmented: SegmentedScan) -> Mask:
@@ -84,7 +82,8 @@ def _without_tails(hole: Mask, known: Mask) -> Mask:
 
     Drop-outs are attached to it by a few samples. Returns (rows, cols) bool.
     """
-    broad = cv2.morphologyEx(hole.astype(np.uint8), cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, BROAD))
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (CLOSING_DIAMETER, CLOSING_DIAMETER))
+    broad = cv2.morphologyEx(hole.astype(np.uint8), cv2.MORPH_OPEN, kernel)
     parts, _ = label(broad)
     return np.isin(parts, np.unique(parts[known & (broad > 0)])) & (broad > 0)
 
@@ -98,7 +97,7 @@ def _on_table(sheet: Sheet, behind: Floats, table: Floats) -> Floats:
     plane, *_ = np.linalg.lstsq(design, found, rcond=None)
     paper, of_table, own = sheet.planes[..., 0], _design(behind) @ plane, -1.0 / behind[..., 2]
     step = paper - of_table
-    least = np.maximum(MIN_STEP_MM * paper * of_table, STEP_SIGMAS * robust_sigma(found - design @ plane))
+    least = np.maximum(MIN_STEP_MM * paper * of_table, NEVER * robust_sigma(found - design @ plane))
     on_table = (step > least) & (np.abs(own - of_table) < np.minimum(0.5 * step, least))
     return np.where(on_table, step / (of_table * abs(sheet.rays.dx)), 0.0)
 

@@ -12,30 +12,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
+from restore.camera.rays import ASPECT_TOLERANCE, MAX_SCATTER
 from restore.findings import Finding
+from restore.numerics.robust import NEARLY_ALL
 from restore.runtime.threads import in_threads
 from restore.scan import Bytes, Floats, Ints, Mask, RangeScan, SurfaceMesh, with_findings
-from restore.vivid import FOCAL_PX, TEXTURE_COLS, TEXTURE_ROWS
+from restore.vivid import FOCAL_PX, TEXTURE_COLS, TEXTURE_ROWS, WRITTEN_MM
 
 # Image pixels per sample: FINE takes every pixel, FAST every second; exports thin them further.
 PIXELS_PER_SAMPLE = (1, 2, 3, 4)
 # A lens differs from the nominal one by a percent or two; the candidates above lie 7 percent apart at least.
 FOCAL_TOLERANCE = 0.03
 IMAGE_SIZE = (TEXTURE_COLS, TEXTURE_ROWS)
-ASPECT_TOLERANCE = 0.01
 
 MIN_LINES = 4  # rows and columns of a grid
 MAX_LINES = 2048  # beyond the largest range cameras of the scanner's family (1280 × 1024)
 MIN_DEPTH_MM = 1.0  # in front of the lens
-# In pitches. Two decimals scatter samples by 0.02 at the shortest distance, an export of the scanner's own software by
-# 0.06; a mesh that is on no lattice scatters by 0.29 (uniform).
-MAX_SCATTER = 0.1
-SAME_PLACE_MM = 0.02  # corners that an export wrote more than once, rounded to 0.01 mm
 # Fraction of samples that have a right and a lower neighbour: holes and a jagged outline cost a tenth; on half of the
 # true pitch hardly a sample has them after decimation.
 MIN_NEIGHBOURS = 0.6
 MAX_SHARED_CELLS = 0.01  # fraction of vertices in a cell that another vertex has taken
-MIN_SHORT_EDGES = 0.9  # fraction of edges between neighbouring cells
 # Colour and range come from one camera: texture coordinates are an affine function of the grid to within the
 # registration of the two exposures.
 MAX_TEXTURE_SCATTER_PX = 2.0
@@ -160,6 +156,7 @@ def _fit_lines(tangents: Floats, lines: Lines) -> Lines | None:
         number = np.rint(position)
         if np.array_equal(number, before):
             break
+    # In pitches; a mesh that is on no lattice scatters by 0.29 (uniform).
     if np.std(position - number) > MAX_SCATTER or not MIN_LINES - 1 <= np.ptp(number) < MAX_LINES:
         return None
     return Lines(lines.first + lines.pitch * float(number.min()), lines.pitch)
@@ -173,7 +170,7 @@ def _assign_vertices(vertices: Floats, cells: Ints) -> Ints | None:
     shape = cells.max(axis=0) + 1
     flat = cells[:, 0] * shape[1] + cells[:, 1]
     occupied_cells, first, inverse = np.unique(flat, return_index=True, return_inverse=True)
-    distinct = np.abs(vertices - vertices[first[inverse]]).max(axis=1) > SAME_PLACE_MM
+    distinct = np.abs(vertices - vertices[first[inverse]]).max(axis=1) > 2 * WRITTEN_MM
     if distinct.mean() > MAX_SHARED_CELLS:
         return None
     vertex_at = np.full(int(shape.prod()), -1, dtype=np.int64)
@@ -193,7 +190,7 @@ def _joins_neighbours(cells: Ints, faces: Ints) -> bool:
         np.count_nonzero((np.abs(rows[a] - rows[b]) <= 1) & (np.abs(cols[a] - cols[b]) <= 1))
         for a, b in ((0, 1), (1, 2), (2, 0))
     ]
-    return bool(sum(near) > MIN_SHORT_EDGES * faces.size)
+    return bool(sum(near) > NEARLY_ALL * faces.size)
 
 
 def _lens(lattice: Lattice) -> tuple[str, int] | None:

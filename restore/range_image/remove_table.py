@@ -13,11 +13,11 @@ from restore.mesh.clean import select
 from restore.mesh.validate import ValidMesh, validated
 from restore.numerics.robust import OUTLYING, robust_sigma
 from restore.range_image.resample import view_of
-from restore.range_image.segmentation.plane import MIN_NOISE_MM
 from restore.range_image.segmentation.segment import inverse_depths
 from restore.range_image.segmentation.surface import BORDER_BAND
 from restore.range_image.segmentation.table import find_table
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
+from restore.vivid import WRITTEN_MM
 
 HANGS = 0.25  # of the height of its highest vertex: the lowest of a face that hangs from the page to the table
 MIN_BRIDGES = 0.3  # of the faces between page and table: all but where the page touches it; none within a page
@@ -52,7 +52,7 @@ def page_and_table(mesh: ValidMesh) -> tuple[ValidMesh, SurfaceMesh | None]:
     design = np.column_stack([over[:, :2], np.ones(len(over))])
     plane, *_ = np.linalg.lstsq(design[of_table], over[of_table, 2], rcond=None)
     height = over[:, 2] - design @ plane
-    in_plane = np.abs(height) < OUTLYING * max(robust_sigma(height[of_table]), MIN_NOISE_MM)
+    in_plane = np.abs(height) < OUTLYING * max(robust_sigma(height[of_table]), WRITTEN_MM)
     slope = _slopes(mesh, np.array([-plane[0], -plane[1], 1.0]) @ rays.axes)
     touches = in_plane[mesh.faces].any(axis=1)
     gone = (of_table & in_plane)[mesh.faces].any(axis=1) | (touches & (slope > STEEP))

@@ -21,7 +21,7 @@ from restore.shading.surroundings import Places
 STEPS = np.array([1e-3, 1e-3, 1e-6])  # of azimuth, polar angle and nearness for derivatives: single precision bears it
 # Standard deviations of the parameters before anything is seen: strengths as large as the light, lamps anywhere.
 PRIOR_STRENGTH, PRIOR_LAMP = 1.0, np.array([1.0, 1.0, 2e-3])
-SIGMAS, SURE = 2.0, 10.0  # standard errors
+CERTAIN, SURE = 2.0, 10.0  # standard errors
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Certainty:
 
         To remove it then leaves less variation than before.
         """
-        return self.variation > SIGMAS * self.error
+        return self.variation > CERTAIN * self.error
 
     @property
     def sure(self) -> bool:

@@ -11,13 +11,14 @@ import numba
 import numpy as np
 
 from restore.numerics.limits import SINGLE_TINY
+from restore.numerics.robust import MAJORITY
+from restore.range_image.border import STEEPEST
 from restore.runtime.threads import in_bands
 from restore.scan import Mask
 from restore.shading.relief import Field
 
 TENSOR = 3.0  # cells over which the direction of a crease is asked
 STEP = 0.02  # of the light, from a cell to the next: curved pages have less, creases more
-COHERENT = 0.5  # of the changes run across the crease: less is where several meet
 ALONG = 12  # cells to either side, 5 mm: a word, and the gaps round it
 # cells: where the page on either side is looked at; among them are, in small print, a line and a gap.
 FLANKS = (-9, -7, -5, 5, 7, 9)
@@ -28,7 +29,7 @@ LEAST, MOST = 0.45, 1.6  # of its sides: what is less or more is a printed line,
 SAME = 0.2  # of one another: light does alike to the darkest channel and to the brightest, ink does not
 SOFT = 0.5  # cells
 OPEN = 0.8  # of the room: with less in sight a place lies in a hollow, such as the gutter of a book
-FARTHEST = 3.0  # stretch: a slope of 70°, beyond which nothing is measured
+FARTHEST = 1.0 / STEEPEST  # stretch, beyond which nothing is measured
 
 
 def crease_light(
@@ -83,7 +84,8 @@ def _directions(light: Field, openness: Field, inside: Mask) -> tuple[Field, Mas
     xx, xy, yy = _tensor(light)
     turn = np.arctan2(2 * xy, xx - yy) / 2
     anisotropy, total = np.hypot(xx - yy, 2 * xy), xx + yy
-    found = inside & ((total + anisotropy) / 2 > STEP**2) & (anisotropy > COHERENT * total)
+    # Where several creases meet, fewer of the changes run across one.
+    found = inside & ((total + anisotropy) / 2 > STEP**2) & (anisotropy > MAJORITY * total)
     found = cv2.dilate(found.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     hollow = hollows(openness)
     if hollow.any():

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from restore.numerics.robust import SIGNIFICANT
 from restore.scan import Floats, Ints, Mask
-from restore.shading.certainty import Certainty, certainty_of
+from restore.shading.certainty import CERTAIN, Certainty, certainty_of
 from restore.shading.channels import as_list
 from restore.shading.lamps import SAMPLES, at_bounds, fit_light
 from restore.shading.light import Light
@@ -27,7 +28,6 @@ MIN_PAPER = 50  # cells: fewer say nothing of the light
 MIN_REGIONS = 0.02  # of the page: smaller regions of constant print cannot reject a light
 CAP = 0.15  # of the light: what deviates by more is print
 BLOCKS = 6  # across and down: within one, deviations go together
-CERTAIN, COLOURED = 2.0, 3.0  # standard errors of the sum over blocks; of lamps of several colours, which are rare
 DIMMEST = 32.0  # of the level light: less is not found in any hollow, and would be divided by
 CHECK_PLACES = 4000  # places: six to a square centimetre of A4
 CHECK_STRIDE, PAGE = 2, 2000  # every second check place, and cells of the page, suffice for the certainty
@@ -147,7 +147,7 @@ def estimate_light(
             continue
         for light in (fitted.of_one_colour, fitted):
             found = light.irradiance(places)
-            asked = COLOURED if light is fitted else CERTAIN
+            asked = SIGNIFICANT if light is fitted else CERTAIN
             if (found[checks.cells] > 0).all() and checks.prefer(found, values, asked):
                 best, values = Estimate(light, found, fitted_to, certainty), found
         if certainty.sure:

@@ -37,7 +37,8 @@ DOUBTED = 0.1  # weight of a place that may be ink, in the judgement of lamps
 FLOOR, LAST_FLOOR = 0.04, 0.01
 ROUNDS = 5
 TRIALS = 120  # of the search that refines one lamp: it ends within half a degree
-AT_BOUND = 1e-3  # radians and relative: ten times the tolerance of the search
+SETTLED = 1e-4  # radians, relative: the tolerance of the search
+AT_BOUND = 10 * SETTLED  # no nearer than that does it end at a bound
 FIRST_TRIALS = 30  # from each height at first: enough to distinguish them
 # Of the search for lamps whose place is nearly known: two degrees twice, and a seventh of the first guess.
 NEAR_SIMPLEX, NEAR_TRIALS = (0.03, 0.03, 1e-4), 100
@@ -266,7 +267,7 @@ def _refined(
     inwards = REFLECTED if guess.reflectance < REFLECTED else -REFLECTED
     simplex = np.vstack([start, start + np.diag([*steps * count, inwards])])
     simplex[:, 1:-1:3] = np.clip(simplex[:, 1:-1:3], 0, np.pi / 2)
-    options = {"initial_simplex": simplex, "maxfev": trials * count, "xatol": 1e-4, "fatol": 1e-7}
+    options = {"initial_simplex": simplex, "maxfev": trials * count, "xatol": SETTLED, "fatol": 1e-7}
     from scipy.optimize import minimize  # only where light is removed
 
     return unpacked(minimize(cost, start, method="Nelder-Mead", options=options).x)

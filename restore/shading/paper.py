@@ -5,16 +5,16 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from restore.numerics.srgb import LINEAR
+from restore.numerics.srgb import CLIPPED, LINEAR
 from restore.scan import Mask
 from restore.shading.channels import as_list, highest, lowest, total_of
 from restore.shading.relief import Field
 from restore.texture.page import MM_PER_INCH
 
+LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow is known more exactly
 LOCAL_MM = 20.0  # the brightest thing within this distance is paper
 PAPER_SHARE = 0.6  # of that light: darker is ink or picture
-HUE = 0.05  # of a channel's fraction of the colour: lamps of several colours differ by less, inks by more
-CLIPPED = 252  # code above which the sensor may be full and the light unknown
+HUE = 0.05  # of a channel's fraction of the colour: several lamps or walls of a gutter differ by less, inks by more
 SHRINK = 4  # of the cells for the brightest one near each, which varies slowly
 SPARED = 7  # every seventh cell suffices for the hue
 

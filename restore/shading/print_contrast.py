@@ -11,8 +11,9 @@ import numpy as np
 
 from restore.numerics.limits import SINGLE_TINY
 from restore.scan import Floats, Mask
+from restore.shading.certainty import CERTAIN
 from restore.shading.channels import total_of
-from restore.shading.estimate import CERTAIN, block_sums, blocks_of
+from restore.shading.estimate import block_sums, blocks_of
 from restore.shading.relief import Field
 from restore.shading.shadow_edges import STROKE
 

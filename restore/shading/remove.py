@@ -19,25 +19,23 @@ from restore.numerics.limits import SINGLE_TINY
 from restore.numerics.robust import MAD_TO_SIGMA
 from restore.numerics.srgb import LINEAR
 from restore.scan import Bytes, Floats, Mask
+from restore.shading.certainty import CERTAIN
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollows
 from restore.shading.divide import Division
 from restore.shading.estimate import DIMMEST, MIN_PAPER, CheckPlaces, Estimate, estimate_again, estimate_light
 from restore.shading.horizon_map import fill_nearest
-from restore.shading.paper import paper_candidates
+from restore.shading.paper import LIGHT_DPI, paper_candidates
 from restore.shading.print_contrast import loses_print
 from restore.shading.regions import regions_of
 from restore.shading.relief import Field, Relief
 from restore.shading.residual import CONTRAST, Residual, residual_light
-from restore.shading.steps import Steps, find_steps, place_steps
+from restore.shading.steps import DISPLACED, Steps, find_steps, place_steps
 from restore.shading.surroundings import places_of, surroundings_of
 
-LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow is known more exactly
 BRIGHT_PRINT = 0.04  # of the page: where more of it is brighter than the ground, the ground is not paper
 MAX_GAIN = 8.0  # three stops: a deeper shadow holds no picture to bring back, only noise
-# Cells by which a crease or the edge of a shadow may be misplaced: half a sample of the range grid, and as much between
-# shape and picture.
-UNCERTAIN = 2
+UNCERTAIN = round(CERTAIN * DISPLACED)  # cells by which a crease or the edge of a shadow may be misplaced
 BRIGHTEST = 1.3  # of the paper's light in one channel: printed on white, no ink gives back more
 SPARED = 7  # every seventh cell suffices for their unevenness
 

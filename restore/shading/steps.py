@@ -17,9 +17,10 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from restore.numerics.limits import SINGLE_TINY
-from restore.numerics.robust import SIGNIFICANT, robust_sigma
+from restore.numerics.robust import MAJORITY, SIGNIFICANT, robust_sigma
 from restore.runtime.threads import in_bands
 from restore.scan import Floats, Ints, Mask
+from restore.shading.certainty import CERTAIN
 from restore.shading.channels import total_of
 from restore.shading.relief import Field
 
@@ -27,20 +28,15 @@ BLUR = 1.0  # cells: steps are drawn so wide before they are sharpened, so that 
 CELL = 1 / 12  # cells²: variance of the area of a cell
 REACH = 3  # cells to either side, where a step so blurred has ended
 VISIBLE = 0.03  # of the light, ΔE 1: a smaller step is not seen
-ABRUPT = 0.5  # of the change over 2·REACH cells comes within two cells: in a constant gradient a third does
 NEAREST = 0.25  # of the change: what is nearer to one end of it belongs to that side
-MIN_SIDE = 3  # cells
 FARTHEST = float(ndtri(0.997))  # widths: the blurred light does not resolve longer distances
 DISPLACED = 1.0  # cells, standard deviation: half a sample of the range grid, and as much between shape and picture
 WIDTH = 0.7  # cells: the standard deviation of a step in the picture, of pixels of half a millimetre and a lens
 SPREAD = 0.5  # of its logarithm: a crease may have a radius, a camera more pixels
-MAX_PRIOR = 2.0  # of either standard deviation: the picture is asked no further
 TRIED = 0.25  # cells: of displacements, a part of the width of a step
 UNLIKE = 0.05  # of its contrast: no step is drawn as a Gaussian's integral
 ALONG = 6  # cells to either side, 2.5 mm: a crease is straight over that length
 ROUNDS = 4  # of Gauss and Newton
-# A camera whose pixels are as large as the cells draws a straight step with stairs of up to half of one, a pixel long.
-STAIRS, STAIR = 0.5, 1  # standard deviation, of the width's logarithm too, and cells to either side
 SPARED = 7  # every seventh cell suffices for the noise
 
 
@@ -87,7 +83,8 @@ def find_steps(light: Field, inside: Mask) -> Steps:
     total, blurred = total_of(light), cv2.GaussianBlur(light, (0, 0), BLUR)
     side = 2 * REACH + 1
     change, abrupt = _range(total, side), cv2.dilate(_range(total, 3), np.ones((side - 2, side - 2), np.uint8))
-    some = inside & (change > VISIBLE * total) & (abrupt > ABRUPT * change)
+    # Of a step, most of the change comes within two cells; in a constant gradient a third does.
+    some = inside & (change > VISIBLE * total) & (abrupt > MAJORITY * change)
     contrast, place = np.zeros_like(light), np.zeros_like(total)
     level = total_of(blurred)
     in_bands(lambda rows: _sides(light, total, level, some, rows.start, contrast[rows], place[rows]), len(total))
@@ -115,7 +112,8 @@ def place_steps(steps: Steps, ratio: Field, ground: Mask) -> Steps:
     blurred, contrast, place, seen = (_of(field, at) for field in (level, total_of(steps.contrast), steps.place, ratio))
     shown = _Shown(at, level.shape[1], blurred, contrast, place, seen, np.hypot(noise, UNLIKE * contrast / blurred))
     unknowns = shown.solved(shown.nearest(), 0.0, (DISPLACED, SPREAD), ALONG)
-    unknowns = shown.solved(unknowns, unknowns, (STAIRS, STAIRS), STAIR)
+    # A camera whose pixels are as large as the cells draws a straight step with stairs of up to half of one.
+    unknowns = shown.solved(unknowns, unknowns, (SPREAD, SPREAD), 1)
     shift, width = np.zeros_like(steps.shift), np.full_like(steps.width, WIDTH)
     shift.ravel()[at], width.ravel()[at] = unknowns[0], WIDTH * np.exp(unknowns[1])
     return replace(steps, shift=shift, width=width)
@@ -161,7 +159,7 @@ class _Shown:
         What no light explains, such as ink, counts the same for all of them.
         """
         best, least = np.zeros((2, len(self.at))), np.full(len(self.at), np.inf)
-        for shift in np.arange(-MAX_PRIOR, MAX_PRIOR + TRIED, TRIED) * DISPLACED:
+        for shift in np.arange(-CERTAIN, CERTAIN + TRIED, TRIED) * DISPLACED:
             light, _ = self.light(shift, 0.0)
             rest = np.minimum(np.abs(self.seen / light - 1) / self.noise, SIGNIFICANT)
             cost = self.summed(rest * rest, ALONG) + (shift / DISPLACED) ** 2
@@ -198,7 +196,7 @@ class _Shown:
         both, left, right = (self.summed(by, along) for by in (by_shift * by_spread, by_shift * rest, by_spread * rest))
         determinant = one * other - both * both
         solved = (other * left - both * right) / determinant, (one * right - both * left) / determinant
-        most = MAX_PRIOR * np.array(deviations)[:, None]
+        most = CERTAIN * np.array(deviations)[:, None]
         return np.asarray(np.clip(np.stack(solved), -most, most))
 
     def summed(self, values: Floats, along: int) -> Floats:
@@ -246,7 +244,7 @@ def _sides(light: Field, total: Field, blurred: Field, some: Mask, first: int, c
                         counts[side] += 1
                         for k in range(3):
                             sums[side, k] += colours[i, j, k]
-            if counts.min() < MIN_SIDE:
+            if counts.min() < REACH:
                 continue
             rise, floor = 0.0, 0.0
             for k in range(3):

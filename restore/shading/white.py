@@ -16,11 +16,9 @@ import numpy as np
 from restore.numerics.limits import SINGLE_TINY
 from restore.numerics.srgb import LINEAR, srgb_codes
 from restore.scan import Bytes, Mask
-from restore.shading.paper import paper_candidates
+from restore.shading.paper import LIGHT_DPI, paper_candidates
 from restore.shading.relief import Field
-from restore.texture.page import MM_PER_INCH
 
-CELL_MM = 0.42  # over which the paper's colour is averaged: the finest print leaves cells of bare paper between words
 MIN_PAPER = 0.05  # of the page: text leaves two thirds bare, a picture to the border next to nothing
 # Of the channels to green, in linear light: white paper under lamps of 2500 K to 12,000 K (Planckian radiators seen by
 # a camera balanced for daylight) has red from 0.83 to 2.7 and blue from 0.18 to 1.6; what lies beyond is a coloured
@@ -54,7 +52,7 @@ def balance_on_paper(image: Bytes, mask: Mask, dpi: float) -> WhiteBalance:
     mask: (h, w).
     """
     colour, inside = _cells(image, mask, dpi)
-    paper = paper_candidates(colour, inside, MM_PER_INCH / CELL_MM)
+    paper = paper_candidates(colour, inside, LIGHT_DPI)
     fraction = float(paper.sum() / max(int(inside.sum()), 1))
     if fraction < MIN_PAPER:
         return _unchanged(image, f"bare paper is found on {fraction:.0%} of the page only")
@@ -85,11 +83,11 @@ def _unchanged(image: Bytes, reason: str) -> WhiteBalance:
 
 
 def _cells(image: Bytes, mask: Mask, dpi: float) -> tuple[Field, Mask]:
-    """Return linear colour (r, c, 3) of cells of CELL_MM or a pixel.
+    """Return linear colour (r, c, 3) of cells at LIGHT_DPI, or of a pixel.
 
     Returns also which of them are wholly on the page.
     """
-    scale = min(1.0, MM_PER_INCH / CELL_MM / dpi)
+    scale = min(1.0, LIGHT_DPI / dpi)
     size = tuple(max(1, round(n * scale)) for n in mask.shape[::-1])
     codes = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
     whole = cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 1 - SINGLE_TINY

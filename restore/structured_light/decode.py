@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.numerics.robust import robust_sigma
+from restore.numerics.robust import OUTLYING, robust_sigma
 from restore.scan import Bytes, Mask
 
 Codes = NDArray[np.int32]
@@ -28,9 +28,9 @@ Crossings = NDArray[np.float32]
 # (Immerkær, "Fast noise variance estimation", CVIU 1996).
 NOISE_MASK = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
 NOISE_GAIN = 6.0
-# A pixel that the projector does not light differs between white and black by √2 σ of noise: beyond four times that is
-# one in 30,000.
-LIT_SIGMAS = 4.0 * 2**0.5
+# A pixel that the projector does not light differs between white and black by √2 σ of noise: what lies beyond
+# four times that is noise once in 30,000.
+LIT_SIGMAS = OUTLYING * 2**0.5
 FAINT = 0.5  # of the contrast between white and black: a bit has that much half a blur from its edge
 REACH = 2  # pixels: three standard deviations of the blur of a camera in focus
 STEP = 0.5  # of the grey levels, a fifth of the light

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from restore.errors import BadInput, NotEnoughSurface
 from restore.findings import Finding
 from restore.numerics.robust import MAJORITY, robust_sigma
+from restore.numerics.srgb import CLIPPED
+from restore.range_image.segmentation.segment import MIN_SHARE
 from restore.scan import Bytes, Floats, Mask, RangeScan
 from restore.structured_light.decode import REACH, Axis, decode_axis, projected_light
 from restore.structured_light.grid import ViewGrid, view_grid
@@ -18,13 +20,11 @@ from restore.structured_light.locate import locate
 from restore.structured_light.rig import Rig
 from restore.structured_light.triangulate import triangulate
 
-MIN_SHARE = 0.02  # of the picture's samples: a smaller piece is not a page
 EDGES_A_SAMPLE = 1.5  # of the pattern, to a sample: with fewer its noise is that of its neighbours
 RADIUS = 0.75  # of the window round a sample, in samples: a third of its edges are the next one's, too
-OUTLIER_SIGMAS = 5.0  # of the epipolar residual: in a million samples noise alone exceeds it once or twice
+OUTLIER_SIGMAS = 5.0  # of the epipolar residual: four lose a hundredth of the samples, where stripes are blurred
 MIN_EPIPOLAR = 0.05  # projector pixels: least limit, or exact data would be all outliers
 MAX_EPIPOLAR = 2.0  # projector pixels, of most samples: calibrations come within one
-CLIPPED = 254  # grey levels of a picture that is overexposed
 MAX_CLIPPED = 0.2  # of the lit pixels
 
 DARK_HINT = (

@@ -34,7 +34,7 @@ MAX_SHIFT_PX = 3.0
 MIN_CORRELATION = 0.7  # of two images of one page: of small print half a pixel apart 0.85, of different pages below 0.5
 # Mean resultant length of the subpixel phases of the shifts: 1 when all coincide, 0 when they are evenly spread.
 MAX_PHASE_CONCENTRATION = 0.95
-ECC_ITERATIONS, ECC_TOLERANCE, ECC_BLUR_PX = 100, 1e-6, 5
+ECC_ITERATIONS, ECC_TOLERANCE = 100, 1e-6
 
 Picture = NDArray[np.float32]
 
@@ -121,7 +121,7 @@ def registration(reference: Bytes, image: Bytes, *, name: str = "a shot") -> Flo
         f"{name} does not show the same page", "take all captures of one page, one after the other"
     )
     try:
-        correlation, result = cv2.findTransformECC(grey, other, start, cv2.MOTION_AFFINE, ending, None, ECC_BLUR_PX)
+        correlation, result = cv2.findTransformECC(grey, other, start, cv2.MOTION_AFFINE, ending)
     except cv2.error as error:
         raise different_page from error
     if correlation < MIN_CORRELATION:

@@ -14,7 +14,6 @@ from restore.numerics.limits import TINY
 from restore.range_image.segmentation.segment import find_sheet
 from restore.scan import Floats, RangeScan
 
-MAX_DEPTH_GAP = 6.0  # samples along the ray: farther apart, two views show different surfaces
 OFFSET_BLUR = 12.0  # samples: Gaussian σ over which the offset between two views is averaged
 
 
@@ -77,7 +76,8 @@ class RangeView:
         layer: (rows, cols) 1/mm, as returned.
         """
         with np.errstate(invalid="ignore"):
-            shared = np.abs(1.0 / layer - 1.0 / self.inverse_depth) < MAX_DEPTH_GAP * self.spacing
+            # Farther apart along the ray, two views show different surfaces.
+            shared = np.abs(1.0 / layer - 1.0 / self.inverse_depth) < MAX_SLOPE * self.spacing
         blurred_shared = cv2.GaussianBlur(shared.astype(np.float64), (0, 0), OFFSET_BLUR)
         mean = cv2.GaussianBlur(np.where(shared, layer - self.inverse_depth, 0.0), (0, 0), OFFSET_BLUR)
         return np.asarray(layer - mean / np.maximum(blurred_shared, TINY))
@@ -107,7 +107,7 @@ class RangeView:
         known = np.isfinite(stack)
         nearest = np.where(known, stack, -np.inf).max(axis=0)
         with np.errstate(invalid="ignore"):
-            same_surface = known & (1.0 / stack - 1.0 / nearest < MAX_DEPTH_GAP * self.spacing)
+            same_surface = known & (1.0 / stack - 1.0 / nearest < MAX_SLOPE * self.spacing)
         count = same_surface.sum(axis=0)
         mean = np.where(same_surface, stack, 0.0).sum(axis=0) / np.maximum(count, 1)
         hole = np.isnan(self.inverse_depth)

@@ -26,12 +26,10 @@ from restore.mesh.pose import PosedSheet
 from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints
 
-POINTS_PER_CELL = 1.0  # vertices: on a coarser lattice a wave is flattened, on a finer one cells have no vertex
 MAX_CELLS = 5000  # of the lattice: a step takes a second, and the page's errors are those of the scan by then
 MARGIN = 2  # cells beyond the first feet on every side, for those that slide outward
 BENDING = 1e-3  # resistance of the nodes to bending, over that of the cells to stretching: where no vertex is near
 DAMPING = 1e-6  # of the diagonal: a flat lattice in its plane resists no motion across it
-FARTHEST = 1.0  # cells that a node or a foot moves in one step: beyond, the linear model does not hold
 HALVINGS = 3  # of a step, of the nodes or of a foot: it may overshoot where the lattice has a kink
 MAX_ITERATIONS = 30
 MIN_DECREASE = 1e-3  # of the energy, in one iteration: the feet still slide by less than the scan's noise
@@ -140,7 +138,8 @@ def lattice_over(flat: Floats) -> tuple[Lattice, Floats]:
     long, wide = axes[:, 1], np.array([-axes[1, 1], axes[0, 1]])  # never mirrored
     own = offsets @ np.stack([long, wide], axis=1)
     low, size = own.min(axis=0), np.ptp(own, axis=0)
-    cells = min(len(flat) / POINTS_PER_CELL, MAX_CELLS)
+    # A vertex to a cell: on a coarser lattice a wave is flattened, on a finer one cells have no vertex.
+    cells = min(len(flat), MAX_CELLS)
     step = max(sqrt(float(size.prod()) / cells), float(size.max()) / cells)
     cols, rows = (ceil(extent / step) + 1 + 2 * MARGIN for extent in size)
     return Lattice(rows, cols, step), (own - low) / step + MARGIN
@@ -172,7 +171,8 @@ def _step(lattice: Lattice, bent: Bent, points: Floats, bending: csc_matrix) -> 
     keep = _vectors(pairs, np.stack([-ways, ways], axis=1), lattice.count)
     stiffness = attract.T @ attract + keep.T @ keep + bending
     force = attract.T @ distance + keep.T @ (spans - lengths) - bending @ nodes.ravel()
-    return _limited(_solved(stiffness, force).reshape(-1, 3), FARTHEST * lattice.step)
+    # Beyond a cell the linear model does not hold.
+    return _limited(_solved(stiffness, force).reshape(-1, 3), lattice.step)
 
 
 def slid(lattice: Lattice, nodes: Floats, feet: Floats, points: Floats) -> Floats:
@@ -187,7 +187,7 @@ def slid(lattice: Lattice, nodes: Floats, feet: Floats, points: Floats) -> Float
     along, across = (offset * right).sum(axis=1), (offset * up).sum(axis=1)
     a, b, c = (right * right).sum(axis=1), (right * up).sum(axis=1), (up * up).sum(axis=1)
     step = np.stack([c * along - b * across, a * across - b * along], axis=1)
-    step = _limited(step / np.maximum(a * c - b * b, TINY)[:, None], FARTHEST)
+    step = _limited(step / np.maximum(a * c - b * b, TINY)[:, None], 1.0)
     last, found = (offset**2).sum(axis=1), feet
     for halving in range(HALVINGS + 1):
         tried = feet + 0.5**halving * step

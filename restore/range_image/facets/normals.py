@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.numerics.limits import SINGLE_TINY
+from restore.numerics.robust import MAJORITY, NEARLY_ALL
 from restore.range_image.facets.sheet import Sheet
 from restore.scan import Mask
 
 DENSE_OVER = 9  # samples: what a facet is fitted to, and a little more
-SPARSE, DENSE = 0.5, 0.9  # of them measured: too few for a slope of one's own, and enough
 SMOOTHING = 8.0  # samples, 4 mm: how far the slopes round it are asked then
 SHRINK = 4  # of the grid for that
 
@@ -29,7 +29,8 @@ def facet_normals(sheet: Sheet) -> Field:
 
 def _smoothed_where_sparse(normals: Field, measured: Mask) -> Field:
     density = cv2.boxFilter(measured.astype(np.float32), -1, (DENSE_OVER, DENSE_OVER))
-    own = np.clip((density - SPARSE) / (DENSE - SPARSE), 0.0, 1.0)
+    # Where most were lost, the rest is too few for a slope of its own.
+    own = np.clip((density - MAJORITY) / (NEARLY_ALL - MAJORITY), 0.0, 1.0)
     trust = np.maximum(own, np.float32(SINGLE_TINY))
     # Over that many samples every fourth is enough.
     size = tuple(-(-n // SHRINK) for n in density.shape[::-1])

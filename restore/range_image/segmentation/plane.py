@@ -9,8 +9,8 @@ import numpy as np
 from restore.numerics.robust import OUTLYING, robust_sigma
 from restore.range_image.segmentation.surface import BORDER_BAND, block_numbers, blocks_of, likeliest_surface, terms_of
 from restore.scan import Floats, Mask, RangeScan
+from restore.vivid import WRITTEN_MM
 
-MIN_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
 MAX_BOW = 0.01  # of the breadth of the picture: what a table may be bowed by; a page is bent by more
 EVERYWHERE = 64  # samples between those that determine how far a surface is bowed
 MIN_SPANS = 30  # enough to estimate the noise to a sixth
@@ -110,5 +110,5 @@ def _noise_sigma(inverse_depth: Floats, band: Mask, apart: int) -> float:
     fraction = ((row[1:-1] - row[:-2]) / np.maximum(span, 1))[together]
     before, own, after = (part[together] for part in (value[:-2], value[1:-1], value[2:]))
     off = (own - (1.0 - fraction) * before - fraction * after) / np.sqrt(1.0 + fraction**2 + (1.0 - fraction) ** 2)
-    floor = MIN_NOISE_MM * float(np.nanmedian(inverse_depth)) ** 2
+    floor = WRITTEN_MM * float(np.nanmedian(inverse_depth)) ** 2
     return max(robust_sigma(off), floor) if off.size >= MIN_SPANS else floor

@@ -21,7 +21,7 @@ from restore.range_image.segmentation.table import Table, find_table
 from restore.scan import Floats, Ints, Mask, RangeScan, with_findings
 
 MIN_SHARE = 0.02  # of the grid: a smaller piece is not a page
-ANOTHER = 0.25  # of the largest surface: another page, or the rest of a torn one; a hand or a weight has less
+ANOTHER = 0.25  # of the largest surface: another page or leaf, or the rest of a torn one; a hand or a weight has less
 SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the image"
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
 MAX_TOUCHING = 0.04  # of a page's outline on a table of its own colour: the corners of one that is flat elsewhere

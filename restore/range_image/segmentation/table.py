@@ -14,12 +14,11 @@ from scipy.ndimage import binary_erosion, binary_fill_holes
 
 from restore.range_image.segmentation.by_colour import ColouredTable, lab_colours, table_by_colour
 from restore.range_image.segmentation.by_depth import table_by_depth
-from restore.range_image.segmentation.outline import is_enclosed, lies_above, outline_of, page_on
+from restore.range_image.segmentation.outline import MIN_SAMPLES, is_enclosed, lies_above, outline_of, page_on
 from restore.range_image.segmentation.plane import TablePlane, fit_table_plane, lies_on
 from restore.range_image.segmentation.surface import BORDER_BAND
 from restore.scan import Floats, Mask, RangeScan
 
-MIN_BAND = 100  # samples of it that determine a plane: a hundredth of it, and of black cloth a tenth is measured
 MIN_SHARE = 0.25  # of the band's samples on one plane, for a table
 MIN_LEFT = 0.05  # of the band, besides the planes that were tried: fewer are what dark ink scatters off a page
 MAX_PLANES = 2  # tried: a page that leaves the picture may have one in the band itself; parts of a bent one have more
@@ -53,7 +52,7 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
     colour = lab_colours(scan)
     others = band.copy()
     for _ in range(MAX_PLANES):
-        if others.sum() < max(MIN_BAND, MIN_LEFT * band.sum()):
+        if others.sum() < max(MIN_SAMPLES, MIN_LEFT * band.sum()):
             break
         plane, own = fit_table_plane(scan, inverse_depth, others, 1 if framed else MESH_APART)
         if not (own & plane.samples).any() or (band & plane.samples).sum() < MIN_SHARE * others.sum():

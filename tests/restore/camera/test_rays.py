@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from restore.camera.rays import MIN_SAMPLES, Rays, find_rays
+from restore.camera.rays import MIN_POINTS, Rays, find_rays
 from restore.errors import NotEnoughSurface
 
 EXACT = 1e-12  # of a line of sight's tangent: rounding of a straight line fitted to 30,000 samples
@@ -89,7 +89,7 @@ def test_samples_not_on_the_rays_of_one_camera_give_none(camera, change):
 def test_too_few_samples_raise_not_enough_surface(camera, rows, cols):
     inverse_depth = np.full(camera.shape, np.nan)
     inverse_depth[:rows, :cols] = camera.plane()[:rows, :cols]
-    assert rows * cols < MIN_SAMPLES or min(rows, cols) < 3
+    assert rows * cols < MIN_POINTS or min(rows, cols) < 3
     with pytest.raises(NotEnoughSurface, match=rf"holds {rows * cols} samples") as caught:
         find_rays(camera.shot(inverse_depth))
     assert caught.value.hint

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from restore.range_image.border import MIN_GAP, _gaps_beside, _steep_gaps
+from restore.range_image.border import _gaps_beside, _steep_gaps
 from restore.range_image.gaps import gaps_of_rows
-from restore.range_image.segmentation.segment import _interpolated
+from restore.range_image.segmentation.segment import MAX_LOST, _interpolated
 
-SHAPE = 4, 3 * MIN_GAP
+SHAPE = 4, 3 * MAX_LOST
 STEP = 0.1  # of the depth, for each sample
 MASKS = arrays(bool, SHAPE)
 DEPTHS = arrays(float, SHAPE, elements=st.sampled_from([10.0, 11.0, 12.0, 14.0, 20.0]))
@@ -46,7 +46,7 @@ def test_over_a_steep_gap_depth_changes_by_the_step_for_each_of_its_samples(dept
 def test_a_wide_gap_at_the_edge_of_the_sheet_counts_unless_a_shadow_lies_in_it(measured, inside, shadow):
     wanted = 0
     for row, last, col in gaps(measured):
-        leads = col - last > MIN_GAP and inside[row, last] != inside[row, col]
+        leads = col - last > MAX_LOST and inside[row, last] != inside[row, col]
         wanted += leads and not shadow[row, last + 1 : col].any()
     assert _gaps_beside(measured, inside, shadow) == wanted
 

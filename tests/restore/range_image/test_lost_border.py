@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from restore.range_image.border import MIN_GAP, lost_border
-from restore.range_image.segmentation.segment import segment
+from restore.range_image.border import lost_border
+from restore.range_image.segmentation.segment import MAX_LOST, segment
 
 LASER = 0.27  # of the distance: as far as the VIVID 910's laser is above its lens
 FRAME = 8  # samples of dark print
@@ -53,7 +53,7 @@ def test_a_dark_strip_is_lost_on_the_side_that_it_is_on(camera, sheet):
 def test_single_samples_are_no_lost_border(camera, sheet):
     few = np.random.default_rng(1).random(sheet.shape) < 0.2
     assert share_lost(camera, sheet, lost=few) < 0.01
-    narrow = sheet & ~eroded(sheet, MIN_GAP - 1)
+    narrow = sheet & ~eroded(sheet, MAX_LOST - 1)
     assert share_lost(camera, sheet, lost=narrow) == 0.0
 
 
