@@ -9,7 +9,7 @@ from fastapi import FastAPI
 
 from station.console.http.files import PageFile, list_page
 from station.console.http.guard import App, Door, Guard
-from station.console.routes import corrections, jobs, leaves, pages, pictures, settings, station, words
+from station.console.routes import about, corrections, jobs, leaves, pages, pictures, settings, station, words
 from station.console.routes.answers import answer_faults
 from station.console.state.app_state import AppState
 from station.version import software_version
@@ -40,7 +40,7 @@ def build_app(app_state: AppState, door: Door, files: Mapping[str, PageFile] | N
     )
     app.state.app_state, app.state.door = app_state, door
     app.state.files = list_page() if files is None else files
-    for routes in (station, pages, corrections, leaves, pictures, settings, jobs, words):
+    for routes in (station, pages, corrections, leaves, about, pictures, settings, jobs, words):
         app.include_router(routes.router)
     answer_faults(app)
     return Guard(app, door)

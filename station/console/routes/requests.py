@@ -119,6 +119,12 @@ class ChangedLeaf(_Request):
     label: Annotated[str, Field(max_length=100)] | None = None
 
 
+class Described(_Request):
+    """The description of a volume: fields as `planish session about` has them."""
+
+    about: dict[str, JsonValue]
+
+
 class Batch(_Request):
     """Sessions to be restored where they are not."""
 

@@ -6,12 +6,12 @@ from typing import get_args
 
 from station.console.app import build_app
 from station.console.http.guard import Door, Guard
-from station.console.routes import corrections, jobs, leaves, pages, pictures, settings, station, words
+from station.console.routes import about, corrections, jobs, leaves, pages, pictures, settings, station, words
 from station.console.routes.requests import Action
 from station.console.state.actions import DO, ON_A_PAGE, SHOTS
 from station.console.state.app_state import AppState
 
-ROUTES = (corrections, jobs, leaves, pages, pictures, settings, station, words)
+ROUTES = (about, corrections, jobs, leaves, pages, pictures, settings, station, words)
 
 
 def test_every_action_is_done_and_known():
