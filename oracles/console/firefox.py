@@ -97,9 +97,17 @@ class Firefox:
     def press(self, key: str) -> None:
         """Press and release a key."""
         strokes = [{"type": kind, "value": key} for kind in ("keyDown", "keyUp")]
-        self.ask(
-            "input.performActions", context=self.tab, actions=[{"type": "key", "id": "keyboard", "actions": strokes}]
+        self._act("key", strokes)
+
+    def drag(self, start: tuple[int, int], end: tuple[int, int]) -> None:
+        """Press the mouse at a place of the window, px, and release it at another one."""
+        places = [{"type": "pointerMove", "x": x, "y": y} for x, y in (start, end)]
+        self._act(
+            "pointer", [places[0], {"type": "pointerDown", "button": 0}, places[1], {"type": "pointerUp", "button": 0}]
         )
+
+    def _act(self, kind: str, actions: list[dict[str, Any]]) -> None:
+        self.ask("input.performActions", context=self.tab, actions=[{"type": kind, "id": kind, "actions": actions}])
 
 
 @contextmanager

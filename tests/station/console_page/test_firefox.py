@@ -106,6 +106,39 @@ def test_a_spine_and_an_outline_are_drawn(browser: Firefox) -> None:
     assert corners[0][0] == corners[3][0] - 1  # the left side was straight
 
 
+PLACES = """JSON.stringify([...document.querySelectorAll(".handle")].map(
+  (one) => one.ariaLabel.match(/\\d+/g).slice(2).map(Number)))"""
+MIDDLE = (
+    f"(({{ x, y, width, height }}) => JSON.stringify([x + width / 2, y + height / 2]))({FIRST}.getBoundingClientRect())"
+)
+
+
+@pytest.mark.slow
+def test_an_outline_is_drawn_by_mouse(browser: Firefox) -> None:
+    station = CannedStation(PAGE)
+    with serving(station) as address:
+        browser.go(f"{address}/#/page/7")
+        browser.wait_for("document.documentElement.dataset.ready")
+        browser.wait_for(there(".light"))
+        browser.press("o")
+        browser.wait_for(there("[data-scan]"))
+        browser.wait_for(there(".outline-tool:not([hidden]) li"))
+        browser.press("d")
+        browser.wait_for(f"{DRAWN} === 4")
+        before = json.loads(browser.evaluate(PLACES))
+        x, y = map(round, json.loads(browser.evaluate(MIDDLE)))
+        browser.drag((x, y), (x + 40, y + 25))
+        browser.wait_for(f"{PLACES} !== {json.dumps(json.dumps(before, separators=(',', ':')))}")
+        after = json.loads(browser.evaluate(PLACES))
+        browser.press(ENTER)
+        browser.wait_for("/Saved/.test(document.querySelector('.draft-panel').textContent)")
+        browser.go("about:blank")
+    assert after[1:] == before[1:]
+    assert all(new > old for new, old in zip(after[0], before[0], strict=True))
+    ((_, body),) = (one for one in station.pressed if one[0].endswith("/edits"))
+    assert body["edits"]["parts"]["page"]["outline"] == after
+
+
 def test_a_deadline_that_has_passed_ends_every_wait() -> None:
     assert Deadline(60.0).left("nothing") > 0
     with pytest.raises(TimeoutError, match="not within 0 s: the verdict"):
