@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from restore.flattening.isometric.page import least_absolute_page
-from restore.mesh.adjacency import sides_of
 from restore.mesh.measures import straight_lengths
 from restore.mesh.network import make_network
 from restore.mesh.raster import rasterise
@@ -137,8 +136,9 @@ def subdivide(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
 
     An edge is split where the middle of it in the picture would be shown more than NONLINEAR_MM off on the page.
     """
-    flat, faces, nodes, sides, normals = page.flat, page.faces, page.nodes, page.topology.sides, sheet.normals()
+    normals = sheet.normals()
     for _ in range(SPLITS):
+        flat, nodes, sides = page.flat, page.nodes, page.topology.sides
         start, end = sides.edges.T
         middles = _middles(sheet, normals, nodes, sides.edges)
         apart = np.hypot(*(middles - 0.5 * (nodes[start] + nodes[end])).T)
@@ -146,11 +146,10 @@ def subdivide(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
         split = (off * straight_lengths(flat, sides.edges) > NONLINEAR_MM) & (off < MAX_APART)
         if not split.any():
             break
-        faces = _split_faces(faces, sides.edge.reshape(-1, 3), split, len(nodes))
+        faces = _split_faces(page.faces, sides.edge.reshape(-1, 3), split, len(nodes))
         flat = np.concatenate([flat, 0.5 * (flat[start[split]] + flat[end[split]])])
-        nodes = np.concatenate([nodes, middles[split]])
-        sides = sides_of(faces)
-    return PageOnGrid(flat, faces, nodes)
+        page = PageOnGrid(flat, faces, np.concatenate([nodes, middles[split]]))
+    return page
 
 
 def _middles(sheet: Sheet, normals: NDArray[np.float32], nodes: Floats, edges: Ints) -> Floats:

@@ -110,9 +110,8 @@ def edge_mtf50(picture: Bytes, mask: Mask) -> float | None:
     light = LINEAR[cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)]
     inside = mask.astype(np.uint8)
     for level in range(LEVELS):
-        found = _edges(light, inside > 0)
-        if len(found) >= MIN_EDGES:
-            distance, fraction = np.concatenate(found, axis=1)
+        count, distance, fraction = _edges(light, inside > 0)
+        if count >= MIN_EDGES:
             cycles = mtf50_of(distance, fraction, HALF, level)
             if level == 0 or cycles < COPY_LIMIT:
                 return cycles / 2**level
@@ -160,8 +159,8 @@ def _tapered(count: int, fraction: float) -> Floats:
     return 0.5 - 0.5 * np.cos(np.pi * np.clip(np.minimum(from_end, from_end[::-1]), 0.0, 1.0))
 
 
-def _edges(light: Light, inside: Mask) -> list[Floats]:
-    """Return distances and light of the pixels round each edge, (2, k).
+def _edges(light: Light, inside: Mask) -> tuple[int, Floats, Floats]:
+    """Return how many edges there are, with distances and light (k,) of the pixels round them.
 
     Light is 0 and 1 on either side.
     """
@@ -233,8 +232,8 @@ def _isolated(light: Light, places: Ints, turn: Floats) -> tuple[Ints, Floats, F
     return places[kept], turn[kept], rise[kept].astype(float)
 
 
-def _fitted(light: Light, places: Ints, turn: Floats) -> list[Floats]:
-    """Return distances and light (2, k) of each edge that one step explains."""
+def _fitted(light: Light, places: Ints, turn: Floats) -> tuple[int, Floats, Floats]:
+    """Return how many edges one step explains, with distances and light (k,) of their pixels."""
     reach = HALF + LATERAL
     y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
     values = light[places[:, :1] + y, places[:, 1:] + x].astype(float)
@@ -249,7 +248,8 @@ def _fitted(light: Light, places: Ints, turn: Floats) -> list[Floats]:
     kept = (rise > MIN_STEP) & (misfit < MISFIT * rise) & (np.abs(place) < 2.0) & (spread < PLATEAU / 2)
     distance = across - (place[:, None] + lean[:, None] * along + bow[:, None] * along**2)
     fraction = (values - low[:, None]) / np.maximum(rise, MIN_STEP)[:, None]
-    return [np.stack([distance[k, inside[k]], fraction[k, inside[k]]]) for k in np.flatnonzero(kept)]
+    shown = inside & kept[:, None]
+    return int(np.count_nonzero(kept)), distance[shown], fraction[shown]
 
 
 def _steps(values: Floats, across: Floats, along: Floats, inside: Mask) -> tuple[Floats, Floats]:
@@ -263,21 +263,23 @@ def _steps(values: Floats, across: Floats, along: Floats, inside: Mask) -> tuple
     rise = np.where(inside, values, -np.inf).max(axis=1, initial=-np.inf) - low
     fit = np.stack([low, rise, *np.zeros((3, count)), np.full(count, 0.7)], axis=1)
     damping = np.diag([1e-6, 1e-6, 1e-4, 1e-4, 1e-2, 1e-4])
+    slopes = np.empty((*values.shape, 6))
     for _ in range(STEPS):
-        model, slopes = _model(fit, across, along)
-        error, slopes = (values - model) * weight, slopes * weight[..., None]
+        error = (values - _model(fit, across, along, slopes)) * weight
+        slopes *= weight[..., None]
         normal = slopes.transpose(0, 2, 1) @ slopes + damping
         change = np.linalg.solve(normal, (slopes.transpose(0, 2, 1) @ error[..., None]))[..., 0]
         fit += np.clip(change, -0.5, 0.5)
         fit[:, 5] = np.clip(fit[:, 5], 0.15, HALF)
-    error = (values - _model(fit, across, along)[0]) * weight
+    error = (values - _model(fit, across, along, slopes)) * weight
     return fit, np.sqrt((error**2).sum(axis=1) / weight.sum(axis=1))
 
 
-def _model(fit: Floats, across: Floats, along: Floats) -> tuple[Floats, Floats]:
-    """Values (n, k) of steps, and their derivatives (n, k, 6)."""
+def _model(fit: Floats, across: Floats, along: Floats, slopes: Floats) -> Floats:
+    """Return values (n, k) of steps, and write their derivatives (n, k, 6)."""
     low, rise, place, lean, bow, spread = (fit[:, k : k + 1] for k in range(6))
     t = (across - place - lean * along - bow * along**2) / spread
     step, slope = ndtr(t), rise * np.exp(-0.5 * t * t) / (np.sqrt(2 * np.pi) * spread)
-    columns = [np.ones_like(t), step, -slope, -slope * along, -slope * along**2, -slope * t]
-    return low + rise * step, np.stack(columns, axis=-1)
+    for k, column in enumerate((1.0, step, -slope, -slope * along, -slope * along**2, -slope * t)):
+        slopes[..., k] = column
+    return low + rise * step

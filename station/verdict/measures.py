@@ -36,9 +36,11 @@ def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
 
     None for one that the scan does not allow.
     """
-    inside = ~np.isin(page.coverage, (CoverageClass.OUTSIDE, CoverageClass.FACING, CoverageClass.ERASED))
-    measured = page.coverage == CoverageClass.MEASURED
-    texture, report = scan.texture, page.report
+    coverage, texture, report = page.coverage, scan.texture, page.report
+    inside = np.ones(coverage.shape, bool)
+    for kind in (CoverageClass.OUTSIDE, CoverageClass.FACING, CoverageClass.ERASED):
+        inside &= coverage != kind
+    measured = coverage == CoverageClass.MEASURED
     return {
         "measured_fraction": float(measured.sum() / max(inside.sum(), 1)),
         "hole_mm": widest_place(inside & ~measured) * MM_PER_INCH / page.dpi,
@@ -91,7 +93,7 @@ def depth_window_fraction(scan: RangeScan) -> float | None:
     if lens is None or mode is None or not isinstance(distance, int | float) or len(facts.get("distances_mm", [0])) > 1:
         return None
     near, far = depth_window(lens, mode, float(distance))
-    inverse = -1.0 / scan.points[scan.measured][:, 2]
+    inverse = -1.0 / scan.points[..., 2][scan.measured]
     middle, half = (1 / near + 1 / far) / 2, (1 / near - 1 / far) / 2
     return float(np.abs(inverse - middle).max() / half) if inverse.size else None
 
