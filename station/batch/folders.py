@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from station.batch.outcomes import PageOutcome, outcomes
 from station.batch.page import Task, TaskDone, restore_task
 from station.batch.plan import check_names, plan_folder
 from station.batch.progress import Done, Event, Pace, Show
+from station.batch.report import MAX_PICTURES
 from station.batch.run_tasks import run
 from station.errors import UsageError
 from station.intake.folders import batch_instead, check_folders
@@ -28,7 +30,7 @@ class FolderBatch:
     """
 
     def __init__(self, folders: Sequence[Path], output: Path, options: RunOptions, limits: Thresholds) -> None:
-        self._limits = limits
+        self._limits, self._previews = limits, dict[Path, str]()
         self._plans = [plan_folder(folder, out, options) for folder, out in _places(folders, output).items()]
 
     def run(self, workers: Workers, show: Show, *, work: Work[TaskDone] = restore_task) -> None:
@@ -41,13 +43,17 @@ class FolderBatch:
         tasks = sorted((task for plan in self._plans for task in plan.tasks), key=lambda task: -task.size)
         pace = Pace(task.size for task in tasks)
         for task, done in run(tasks, workers, work):
+            if len(self._previews) < MAX_PICTURES:  # of more pages the report shows some, and memory is finite
+                self._previews.update(done.previews)
             for event in _events(task, done, pace.done(task.size, done.seconds, workers.threads())):
                 show(event)
 
     def pages(self) -> Iterator[PageOutcome]:
         """Every page as its records have it now."""
         for plan in self._plans:
-            yield from outcomes(plan, self._limits)
+            for page in outcomes(plan, self._limits):
+                known = "" if page.picture is None else self._previews.get(page.picture, "")
+                yield replace(page, preview=known)
 
 
 def _places(folders: Sequence[Path], output: Path) -> dict[Path, Path]:

@@ -66,6 +66,7 @@ class PageOutcome:
     seconds  of its restoration.
     level    green, amber or red: the verdict; empty without one.
     ci95_mm  half of the 95 % interval of the longer side; None where the calibration is not known.
+    preview  as `station.batch.preview` makes it, when it was restored just now; else the report makes it.
     """
 
     name: str
@@ -77,6 +78,7 @@ class PageOutcome:
     seconds: float = 0.0
     level: str = ""
     ci95_mm: float | None = None
+    preview: str = ""
 
 
 @dataclass(frozen=True)

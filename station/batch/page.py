@@ -8,14 +8,17 @@ from __future__ import annotations
 import os
 import tempfile
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+from restore import RangeScan, RestoredPage, SurfaceMesh
+from station.batch.preview import preview
 from station.errors import FolderInUse, OverwriteError, explain
 from station.intake.arrival import OF_A_NAME, PASSING, Arrival, Changed
 from station.intake.once import Restore, Settled, restore_once
+from station.run.destination import Destination, Outcome
 from station.run.one_page import restore_file
 from station.run.options import RunOptions
 from station.run.peak_memory import peak_memory_mib
@@ -24,7 +27,6 @@ from station.verdict.measures import measured
 AGAIN = "run the batch again"
 GONE = f"it changed or went away while the batch ran; {AGAIN}"
 POLL_S = 1.0  # another process has the page: a worker that was given up by the cluster, but is still alive
-RESTORE = partial(restore_file, examine=measured)
 MAX_CLASHES = 5  # with files that another scan has written in the meantime
 MAX_TRIES = 3600  # of them: the longest page takes a fraction of an hour
 
@@ -56,6 +58,7 @@ class TaskDone:
     """What became of a task: one result for each of its scans.
 
     seconds   wall time. memory_mib: peak of the process that did it, so far. pid, host: of that process.
+    previews  a page's file → its preview. To read a page again takes ten times as long as to make that of its pixels.
     """
 
     settled: tuple[Settled, ...]
@@ -63,13 +66,14 @@ class TaskDone:
     memory_mib: float
     pid: int
     host: str
+    previews: Mapping[Path, str] = field(default_factory=dict)
 
 
 def restore_task(
     task: Task,
     causes: Sequence[str] = (),
     *,
-    restore: Restore = RESTORE,
+    restore: Restore | None = None,
     clock: Callable[[], float] = time.perf_counter,
     sleep: Callable[[float], None] = time.sleep,
 ) -> TaskDone:
@@ -79,9 +83,31 @@ def restore_task(
     causes: how the processes ended that tried before.
     Raises errors that are not the scan's fault: of the disk, the settings, this computer.
     """
-    start = clock()
+    start, previews = clock(), dict[Path, str]()
+    restore = restore or _with_previews(previews)
     settled = tuple(_settle(arrival, task, causes, restore, sleep) for arrival in task.arrivals)
-    return TaskDone(settled, clock() - start, peak_memory_mib(), os.getpid(), os.uname().nodename)
+    return TaskDone(settled, clock() - start, peak_memory_mib(), os.getpid(), os.uname().nodename, previews)
+
+
+def _with_previews(previews: dict[Path, str]) -> Restore:
+    """Restore scans with their pages measured, and add previews of the pages to some."""
+
+    def restore(
+        source: Path, destination: Destination, options: RunOptions, *, facts: Mapping[str, Any], stem: str | None
+    ) -> Outcome:
+        made: list[str] = []
+
+        def examine(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Mapping[str, Any]:
+            made.append(preview(page.image))
+            return measured(page, scan)
+
+        outcome = restore_file(source, destination, options, facts=facts, stem=stem, examine=examine)
+        reports = [one.files[-1] for one in outcome.pages or (outcome,)]
+        if len(made) == len(reports):  # else a sheet was not written after all
+            previews.update(zip((report.with_suffix(".png") for report in reports), made, strict=True))
+        return outcome
+
+    return restore
 
 
 def _settle(

@@ -5,22 +5,17 @@ It shows all pages, the worst first, and opens offline.
 
 from __future__ import annotations
 
-import base64
-import io
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from datetime import datetime
 from html import escape
-from pathlib import Path
-
-from PIL import Image
 
 from restore import BadInput
 from restore.formats import read_image
 from station.batch.outcomes import FIGURES, PageOutcome, Ranked, worst_first
+from station.batch.preview import preview
 from station.verdict.checks import LEVELS
 
-PICTURE_PX, QUALITY = 320, 80  # the longer side, and of JPEG: some 15 kB a page
 MAX_PICTURES = 500  # 8 MB: opens from a network share at once; those that need a look come first
 MAX_ROWS = 5000  # as many as a browser shows within a second
 WORST = " class='worst'"
@@ -73,7 +68,7 @@ by their verdict, then by the figure that is bold. ±: half of the 95 % interval
 def _rows(ranked: Sequence[Ranked]) -> Iterator[str]:
     for number, one in enumerate(ranked[:MAX_ROWS]):
         page = one.page
-        picture = _picture(page.picture) if page.picture is not None and number < MAX_PICTURES else ""
+        picture = _picture(page) if number < MAX_PICTURES else ""
         notes = "".join(f"<li>{escape(note)}</li>" for note in page.notes)
         state_text = page.level if page.state == "restored" else page.state
         state = f"<br><b class='{page.level}'>{escape(state_text)}</b>" if state_text else ""
@@ -95,14 +90,11 @@ def _value(page: PageOutcome, name: str, text: str) -> str:
     return text.format(page.figures[name]) if name in page.figures else ""
 
 
-def _picture(path: Path) -> str:
+def _picture(page: PageOutcome) -> str:
     """The page, small, inside the file itself; empty when it cannot be read any more."""
+    if page.preview or page.picture is None:
+        return page.preview
     try:
-        image = Image.fromarray(read_image(path))
+        return preview(read_image(page.picture))
     except BadInput:
         return ""
-    image.thumbnail((PICTURE_PX, PICTURE_PX))
-    out = io.BytesIO()
-    image.save(out, "JPEG", quality=QUALITY)
-    data = base64.b64encode(out.getvalue()).decode()
-    return f"<img alt='' width='{image.width}' height='{image.height}' src='data:image/jpeg;base64,{data}'>"

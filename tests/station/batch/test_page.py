@@ -6,8 +6,10 @@ import json
 
 import pytest
 
+from restore.formats import read_image
 from station.batch.page import restore_task
 from station.batch.plan import plan_folder
+from station.batch.preview import preview
 from station.errors import FolderInUse
 from station.intake import records
 from tests.station.batch.conftest import QUICK
@@ -26,7 +28,9 @@ def test_a_page_is_restored_and_then_known(task, scans) -> None:
     assert report["scan"] == str(scans / "sub/c.ply")
     assert (task.out / "sub/c/c.png").exists()
     assert done.seconds > 0
-    assert restore_task(task).settled[0].state == "done"
+    assert done.previews == {task.out / "sub/c/c.png": preview(read_image(task.out / "sub/c/c.png"))}
+    again = restore_task(task)
+    assert (again.settled[0].state, again.previews) == ("done", {})
 
 
 def test_a_damaged_scan_is_set_aside_with_its_reason(scans, tmp_path) -> None:

@@ -151,3 +151,8 @@ def test_the_report_says_how_well_sizes_and_places_are_known() -> None:
 def test_figures_are_read_from_a_report_of_the_library(page) -> None:
     values = [figure.read(page.report) for figure in FIGURES]
     assert values == [0.001, 0.012, 0, None, 20.3, None, 0]
+
+
+def test_a_preview_is_shown_without_reading_the_page_again(tmp_path) -> None:
+    page = PageOutcome("a", "restored", tmp_path / "gone.png", preview="<img alt='' src='data:,'>")
+    assert ("src", "data:,") in Parsed(encode_report([page], title="x", now=NOW)).attributes
