@@ -3,6 +3,7 @@
 import shutil
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -62,3 +63,22 @@ def test_a_page_of_two_columns_is_read_column_by_column():
     read = recognise(painted(image, CAMERA_DPI, rng), PAGE_DPI, name="page").text
     assert count_matching_words(printed, read).precision > IN_ORDER
     assert "|" not in read
+
+
+def test_the_stages_of_a_profile_take_all_of_its_time():
+    from bench import profile
+
+    ours, theirs = str(profile.ROOT / "restore" / "a.py"), "/elsewhere/b.py"
+    seconds = {
+        (ours, "prepare"): 3.0,
+        (ours, "fit_facets"): 2.0,
+        (ours, "straighten"): 1.0,
+        (theirs, "paint_page"): 4.0,
+    }
+    table = {(file, 1, name): (1, 1, one, one, {}) for (file, name), one in seconds.items()}
+    found = profile.stages(SimpleNamespace(stats=table, total_tt=10.0))
+    assert found["facets"] == pytest.approx(0.2)
+    assert found["else of preparing"] == pytest.approx(0.1)
+    assert (found["straight sides"], found["painting"]) == (pytest.approx(0.1), 0.0)
+    assert sum(found.values()) == pytest.approx(1.0)
+    assert found["all else"] == pytest.approx(0.6)
