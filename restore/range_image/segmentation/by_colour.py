@@ -19,7 +19,6 @@ MAX_WRINKLE_MM = 2.0  # above or below a table's plane: what rises more is a fol
 MIN_COLOUR_DIFFERENCE = 12.0  # ΔE between table and paper, below which the "table" is part of the page
 REFITS = 4  # from the border to the middle of a table: two reach it, the others settle
 GROWN = 0.01  # of a table's samples that its middle adds: noise of the fit moves a thousandth
-PAPER_PERCENTILE = 75  # of lightness: brighter samples are paper, not ink
 
 
 class ColouredTable(NamedTuple):
@@ -138,6 +137,6 @@ def _colour_distribution(colours: Floats) -> tuple[Floats, Floats]:
 
 
 def _paper_colour(rest: Floats) -> Floats:
-    """L*a*b* of the paper: the brighter part of all colours (n, 3) off the table."""
-    colour: Floats = np.median(rest[rest[:, 0] >= np.percentile(rest[:, 0], PAPER_PERCENTILE)], axis=0)
+    """L*a*b* of the paper, not ink: the brighter half of all colours (n, 3) off the table."""
+    colour: Floats = np.median(rest[rest[:, 0] >= np.median(rest[:, 0])], axis=0)
     return colour

@@ -14,7 +14,6 @@ from restore.range_image.segmentation.plane import TablePlane
 from restore.range_image.segmentation.surface import BLOCK
 from restore.scan import Floats, Ints, Mask
 
-MAX_APART = 10  # samples from a page to its table, besides the width of its shadow: of black cloth a tenth is measured
 MIN_SAMPLES = 100  # that determine a plane or a height: of a table of black cloth a tenth is measured
 PAPER_MM = 0.05  # half the thickness of paper of 80 g/m²: dark ink may seem nearer or farther, by less
 MIN_SHEET = 0.05  # of the samples, in one piece; the rest of a page that fills the picture is letters and lines
@@ -65,7 +64,7 @@ def outline_of(page: Mask, table: Mask, plane: TablePlane) -> PageOutline:
 
     table: (rows, cols), samples.
     """
-    outline, apart = _beside(table, page & ~binary_erosion(page, border_value=1) & plane.measured, page, plane)
+    outline, apart = _beside(table, page & ~binary_erosion(page, border_value=1) & plane.measured, page)
     height = plane.height[outline]
     on_page = np.where(page & plane.measured, plane.height, -np.inf)
     # Over 2 to 4 mm a page goes on as at its outline.
@@ -98,10 +97,10 @@ def _within(mask: Mask, samples: int) -> Mask:
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * samples + 1, 2 * samples + 1), np.uint8)).astype(bool)
 
 
-def _beside(table: Mask, outline: Mask, page: Mask, plane: TablePlane) -> tuple[tuple[Ints, Ints], Floats]:
+def _beside(table: Mask, outline: Mask, page: Mask) -> tuple[tuple[Ints, Ints], Floats]:
     """Return where an outline is next to a table, and how far, samples.
 
-    Between them are neither other parts of the page nor wider unmeasured gaps than a shadow and MAX_APART explain.
+    No other part of the page is between them.
     table, outline, page: (rows, cols).
     Returns positions (k,) and distances (k,).
     """
@@ -109,8 +108,7 @@ def _beside(table: Mask, outline: Mask, page: Mask, plane: TablePlane) -> tuple[
     found, apart = np.argwhere(outline), apart[outline]
     ends = np.stack(np.unravel_index(nearest[outline], page.shape), axis=1)
     between = np.rint(0.5 * (found + ends)).astype(int)
-    near = (apart - MAX_APART) * plane.pitch * STEEP < plane.height[outline]
-    near &= ~page[tuple(between.T)] | (apart < 2.0)
+    near = ~page[tuple(between.T)] | (apart < 2.0)
     return tuple(found[near].T), apart[near]
 
 

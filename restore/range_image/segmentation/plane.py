@@ -13,7 +13,6 @@ from restore.vivid import WRITTEN_MM
 
 MAX_BOW = 0.01  # of the breadth of the picture: what a table may be bowed by; a page is bent by more
 EVERYWHERE = 64  # samples between those that determine how far a surface is bowed
-MIN_SPANS = 30  # enough to estimate the noise to a sixth
 
 
 class TablePlane(NamedTuple):
@@ -111,4 +110,4 @@ def _noise_sigma(inverse_depth: Floats, band: Mask, apart: int) -> float:
     before, own, after = (part[together] for part in (value[:-2], value[1:-1], value[2:]))
     off = (own - (1.0 - fraction) * before - fraction * after) / np.sqrt(1.0 + fraction**2 + (1.0 - fraction) ** 2)
     floor = WRITTEN_MM * float(np.nanmedian(inverse_depth)) ** 2
-    return max(robust_sigma(off), floor) if off.size >= MIN_SPANS else floor
+    return max(robust_sigma(off), floor) if off.size else floor

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import binary_erosion, binary_fill_holes
 
+from restore.numerics.robust import MAJORITY
 from restore.range_image.segmentation.by_colour import ColouredTable, lab_colours, table_by_colour
 from restore.range_image.segmentation.by_depth import table_by_depth
 from restore.range_image.segmentation.outline import MIN_SAMPLES, is_enclosed, lies_above, outline_of, page_on
@@ -20,9 +21,7 @@ from restore.range_image.segmentation.surface import BORDER_BAND
 from restore.scan import Floats, Mask, RangeScan
 
 MIN_SHARE = 0.25  # of the band's samples on one plane, for a table
-MIN_LEFT = 0.05  # of the band, besides the planes that were tried: fewer are what dark ink scatters off a page
 MAX_PLANES = 2  # tried: a page that leaves the picture may have one in the band itself; parts of a bent one have more
-MIN_CLEAR = 0.4  # of a page's outline stands clear of a table; of one that bends up from a flat margin, noise alone
 MESH_APART = 4  # samples of the view of a mesh, more than a vertex lies from the next: within a face noise is linear
 
 
@@ -52,7 +51,7 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
     colour = lab_colours(scan)
     others = band.copy()
     for _ in range(MAX_PLANES):
-        if others.sum() < max(MIN_SAMPLES, MIN_LEFT * band.sum()):
+        if others.sum() < MIN_SAMPLES:
             break
         plane, own = fit_table_plane(scan, inverse_depth, others, 1 if framed else MESH_APART)
         if not (own & plane.samples).any() or (band & plane.samples).sum() < MIN_SHARE * others.sum():
@@ -67,7 +66,7 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
 def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask) -> Table | None:
     """Return the table on a plane in a scanner's image.
 
-    None where the rest is not a sheet on a table. A sheet stands clear of it with a part of its outline, or its colour
+    None where the rest is not a sheet on a table. A sheet stands clear of it with most of its outline, or its colour
     differs.
     """
     coloured = None if colour is None else table_by_colour(colour, plane, band, own)
@@ -79,7 +78,7 @@ def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask)
     page = page_on(samples, plane)
     outline = outline_of(page, samples, plane)
     surrounded = colour is None and is_enclosed(page, plane.measured) and _surrounds(plane.samples, band)
-    return Table(samples, outline.touching) if surrounded or outline.clear >= MIN_CLEAR else None
+    return Table(samples, outline.touching) if surrounded or outline.clear > MAJORITY else None
 
 
 def _tells(coloured: ColouredTable) -> bool:
@@ -93,7 +92,7 @@ def _tells(coloured: ColouredTable) -> bool:
     flat = lies_on(plane, plane.measured & ~table)
     if brighter and (flat or is_enclosed(page, plane.measured)):
         return True
-    return (flat and lies_above(page, table, plane)) or outline_of(page, table, plane).clear >= MIN_CLEAR
+    return (flat and lies_above(page, table, plane)) or outline_of(page, table, plane).clear > MAJORITY
 
 
 def _in_view(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask) -> Table | None:
