@@ -46,17 +46,18 @@ class Store:
     def result(self, function: Callable[..., Result], arguments: tuple[Any, ...], aside: tuple[Any, ...]) -> Result:
         """Return function(*arguments, *aside), computed or kept."""
         key, _ = _digest((function, arguments))
-        if key not in self._results:
-            result = function(*arguments, *aside)
+        if key in self._results:
+            self._used.add(key)
+            found: Result = self._results[key][0]
+            return found
+        result = function(*arguments, *aside)
+        if key:
             self._put(key, result)
-            return result
-        self._used.add(key)
-        found: Result = self._results[key][0]
-        return found
+        return result
 
     def _put(self, key: bytes, result: object) -> None:
-        _, size = _digest(result)
-        if size + sum(kept for _, kept in self._results.values()) <= MAX_BYTES:
+        digest, size = _digest(result)
+        if digest and size + sum(kept for _, kept in self._results.values()) <= MAX_BYTES:
             self._results[key] = result, size
             self._used.add(key)
 
@@ -107,10 +108,14 @@ class _Fields(pickle.Pickler):
 def _digest(value: object) -> tuple[bytes, int]:
     """Return the digest of a value, and its size in bytes.
 
-    Values of one digest are equal. Equal ones may have two, if one of them refers twice to one object.
+    Values of one digest are equal. Equal ones may have two, if one of them refers twice to one object. The digest is
+    empty for a value that cannot be written.
     """
     written, arrays = BytesIO(), list[pickle.PickleBuffer]()
-    _Fields(written, protocol=5, buffer_callback=arrays.append).dump(value)
+    try:
+        _Fields(written, protocol=5, buffer_callback=arrays.append).dump(value)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return b"", 0
     digest, size = hashlib.sha256(written.getbuffer()), written.getbuffer().nbytes
     for one in arrays:
         with one.raw() as raw:

@@ -32,6 +32,11 @@ def work(*arguments):
     return [len(CALLS), *arguments]
 
 
+def work_later(*arguments):
+    """Return a function that cannot be written."""
+    return lambda: work(*arguments)
+
+
 @pytest.fixture(autouse=True)
 def _no_calls():
     CALLS.clear()
@@ -115,6 +120,15 @@ def test_an_error_is_not_kept():
         keep_result(divmod, 1, 0)
     assert len(store) == 0
     assert not keeps_results()
+
+
+def test_what_cannot_be_written_is_computed_each_time():
+    store = Store()
+    with keep_in(store, "a"):
+        for number in (1, 2):
+            assert keep_result(work, lambda: None)[0] == 2 * number - 1
+            assert keep_result(work_later, 1)() == [2 * number, 1]
+        assert len(store) == 0
 
 
 def test_no_more_is_kept_than_the_limit(monkeypatch):
