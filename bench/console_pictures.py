@@ -6,12 +6,15 @@ server that is killed, its recovery, an export. Whatever is seen was made by the
 
 from __future__ import annotations
 
+import io
 import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from PIL import Image
 
 from oracles.console.browser import chromium, window
 from oracles.console.process import Console, console_of
@@ -23,12 +26,20 @@ DOCS = Path(__file__).parents[1] / "docs" / "images" / "console"
 TABLET = (800, 1280)  # of ten inches, standing
 WAIT_MS = 600_000  # for a restoration, the first of which compiles
 SETTLED_MS = 1500  # for tiles and pictures to be drawn
+COLOURS = 256  # of a picture: half the bytes, and no difference that is seen
 PAGES = 3  # the last one is cut off
 TOOLS = {  # and what shows that it is there
     "Compare": ".compare-handle[data-ready]",
     "Words": ".words text",
     "3D": ".model-told:has-text('triangles')",
 }
+HANDS = {
+    "Spine": ".spine-tool p:not(:empty)",
+    "Crop": ".crop-tool li",
+    "Rotation": ".turn-tool li",
+    "Light": ".light-tool li",
+}
+THEMES: dict[str, dict[str, str]] = {"dark": {}, "light": HANDS}  # and the tools that are shown in them
 Keep = Callable[["Page", str], None]
 
 
@@ -38,7 +49,8 @@ def main(folder: Path = DOCS) -> int:
     def keep(page: Page, name: str) -> None:
         page.wait_for_load_state("networkidle")
         page.wait_for_timeout(SETTLED_MS)
-        page.screenshot(path=folder / f"{name}.png")
+        picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+        picture.quantize(COLOURS, dither=Image.Dither.NONE).save(folder / f"{name}.png", optimize=True)
         print(f"{name}.png", flush=True)
 
     with tempfile.TemporaryDirectory() as root, chromium() as browser, console_of(Path(root), "volume") as console:
@@ -47,8 +59,9 @@ def main(folder: Path = DOCS) -> int:
             _session(page, "Missale Romanum")
             _shift(page, keep)
             _page_view(page, keep)
-            _hand(page, keep)
             _settings(page, keep)
+            for theme in THEMES:
+                _hand(page, theme, keep)
         _tablet(browser, link, keep)
         _crash(browser, console, link, keep)
     return 0
@@ -109,18 +122,25 @@ def _page_view(page: Page, keep: Keep) -> None:
         keep(page, f"page-{name.lower()}-dark")
 
 
-def _hand(page: Page, keep: Keep) -> None:
-    """An outline that is drawn on the scanner's image, and the contact sheet."""
-    page.evaluate("location.hash = '#/page/2'")
-    page.get_by_role("group", name="Tools").get_by_role("button", name="Outline").click()
+def _hand(page: Page, theme: str, keep: Keep) -> None:
+    """The tools for corrections, an outline that is drawn on the scanner's image, the contact sheet."""
+    page.evaluate("(theme) => { localStorage['planish-theme'] = theme; location.hash = '#/page/2'; }", theme)
+    page.reload()
+    page.locator(".page-screen .light").first.wait_for(timeout=WAIT_MS)
+    tools = page.get_by_role("group", name="Tools")
+    for tool, sign in THEMES[theme].items():
+        tools.get_by_role("button", name=tool, exact=True).click()
+        page.locator(sign).first.wait_for(timeout=WAIT_MS)
+        keep(page, f"page-{tool.lower()}-{theme}")
+    tools.get_by_role("button", name="Outline").click()
     page.locator(".page-viewer[data-scan]").wait_for(timeout=WAIT_MS)
     page.keyboard.press("d")
     page.locator(".handle").nth(3).wait_for()
-    keep(page, "page-outline-dark")
+    keep(page, f"page-outline-{theme}")
     page.keyboard.press("Escape")
     page.evaluate("location.hash = '#/sheet'")
     page.locator("#leaf-0").wait_for()
-    keep(page, "sheet-dark")
+    keep(page, f"sheet-{theme}")
 
 
 def _settings(page: Page, keep: Keep) -> None:
