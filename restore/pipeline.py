@@ -25,8 +25,8 @@ from restore.photo import (
 )
 from restore.prepared.large_page import OVERVIEW_DPI, LargePage, is_large
 from restore.prepared.prepare import prepare
-from restore.prepared.prepared import Prepared
-from restore.prepared.separate import source_of
+from restore.prepared.prepared import Prepared, rotated
+from restore.prepared.separate import rotation_of, source_of
 from restore.report import describe, findings_of_page
 from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, Mask, RangeScan, ScannedSheet, SurfaceMesh
@@ -75,7 +75,7 @@ def restore(
     with clock("prepare"):
         prepared = prepare(scan)
         source = source_of(scan)
-    unrolled = prepared.unroll(settings, clock, on_step)
+    unrolled = rotated(prepared.unroll(settings, clock, on_step), rotation_of(scan))
     fine, dpi = unrolled.fine, settings.dpi
     registered: list[Registered] = []
     if photos:

@@ -100,8 +100,7 @@ def _drawn_spine(inspected: Inspected, points: tuple[Point, ...], frame: Frame) 
 def _corrected(inspected: Inspected, sheet: SeparateSheet, part: PartEdits, frame: Frame) -> SeparateSheet:
     """A sheet with its outline, masks and rotation as they were drawn."""
     if part.outline is None and not part.masks:
-        prepared = sheet.prepared if part.rotate_deg == 0 else None
-        return replace(sheet, prepared=prepared, rotate_deg=part.rotate_deg)
+        return replace(sheet, rotate_deg=part.rotate_deg)
     of_mesh = sheet.of_mesh or sheet.segmented is None
     segmented = sheet.segmented or range_image_of(inspected)
     rays, (places, size) = segmented.rays, _places(segmented.scan, frame, segmented.scan.texture_xy)

@@ -48,14 +48,12 @@ HALF = 0.5  # of a sample: between one in a hole and one on the paper the edge i
 class FacetSheet(Prepared):
     """A page on a range grid: facets give its points, lengths and normals everywhere.
 
-    erased      (rows, cols) True where paper is removed by hand.
-    rotate_deg  clockwise, by which the flat page is turned by hand.
+    erased  (rows, cols) True where paper is removed by hand.
     """
 
     sheet: Sheet
     is_one_shot: bool = False
     erased: Mask | None = field(default=None, kw_only=True)
-    rotate_deg: float = field(default=0.0, kw_only=True)
 
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
         """Return the flat page.
@@ -63,15 +61,15 @@ class FacetSheet(Prepared):
         Decimated, flattened by the lengths of the facets, refined and made straight. A process that keeps results does
         so once for a sheet.
         """
-        return rotated(_unrolled(self.as_scanned, settings, clock, on_step), self.rotate_deg)
+        return _unrolled(self.as_scanned, settings, clock, on_step)
 
     @property
     def as_scanned(self) -> FacetSheet:
-        """The sheet without what is done by hand to the flat page."""
+        """The sheet without the paper that is removed by hand, which changes nothing of its shape."""
         return FacetSheet(self.sheet, self.is_one_shot)
 
     def flat_page(self, settings: Settings, clock: Clock, on_step: OnStep | None) -> Unrolled:
-        """Return the flat page before it is rotated by hand."""
+        """Return the flat page, which `unroll` may keep."""
         unrolled = unroll(self.sheet, settings, clock, on_step)
         return unrolled if self.is_one_shot else upright_as_textured(unrolled)
 
@@ -166,16 +164,6 @@ class FacetSheet(Prepared):
     def cut_by_samples(self) -> float:
         """That in the first and last rows and columns of the range image."""
         return self.sheet.cut
-
-
-def rotated(page: Unrolled, degrees: float) -> Unrolled:
-    """The flat page turned clockwise about its origin."""
-    if degrees == 0.0:
-        return page
-    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    turn = np.array([[cos, -sin], [sin, cos]])
-    coarse, fine = (replace(mesh, flat=mesh.flat @ turn) for mesh in (page.coarse, page.fine))
-    return replace(page, coarse=coarse, fine=fine)
 
 
 def _unrolled(sheet: FacetSheet, settings: Settings, clock: Clock, on_step: OnStep | None) -> Unrolled:

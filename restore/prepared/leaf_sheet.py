@@ -47,7 +47,7 @@ class LeafSheet(FacetSheet):
 
     @property
     def as_scanned(self) -> LeafSheet:
-        """The leaf without what is done by hand to its flat page."""
+        """The leaf without the paper that is removed by hand, which changes nothing of its shape."""
         return LeafSheet(self.sheet, self.is_one_shot, spine=self.spine, side=self.side)
 
     def flat_page(self, settings: Settings, clock: Clock, on_step: OnStep | None) -> Unrolled:
@@ -158,4 +158,4 @@ def leaf_of(whole: FacetSheet, rays: Rays, spine: LeafSpine, side: Part) -> Leaf
     rows = np.clip(np.arange(sheet.inside.shape[0]) + round(down), 0, len(spine.cols) - 1)
     own = LeafSpine(spine.cols[rows] - right, spine.facing[rows] - right, spine.overlap_mm)
     leaf = LeafSheet(sheet, whole.is_one_shot, spine=own, side=side)
-    return replace(leaf, erased=whole.erased, rotate_deg=whole.rotate_deg)
+    return replace(leaf, erased=whole.erased)

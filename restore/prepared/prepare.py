@@ -84,9 +84,8 @@ def of_sheet(sheet: SeparateSheet) -> Prepared:
         return prepare(sheet.scan)
     whole = keep_result(of_view if sheet.of_mesh else of_segmented, sheet.segmented)
     rays = sheet.segmented.rays
-    if sheet.erased is not None or sheet.rotate_deg:
-        erased = None if sheet.erased is None else whole.on_own_grid(rays, sheet.erased)
-        whole = replace(whole, erased=erased, rotate_deg=sheet.rotate_deg)
+    if sheet.erased is not None:
+        whole = replace(whole, erased=whole.on_own_grid(rays, sheet.erased))
     return whole if sheet.spine is None else leaf_of(whole, rays, sheet.spine, sheet.part)
 
 

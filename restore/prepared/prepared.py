@@ -133,6 +133,16 @@ class Prepared(ABC):
         return [*cut_findings(self.cut_by_samples() if coverage.cut is None else coverage.cut), *filled]
 
 
+def rotated(page: Unrolled, degrees: float) -> Unrolled:
+    """The flat page turned clockwise about its origin."""
+    if degrees == 0.0:
+        return page
+    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    turn = np.array([[cos, -sin], [sin, cos]])
+    coarse, fine = (replace(mesh, flat=mesh.flat @ turn) for mesh in (page.coarse, page.fine))
+    return replace(page, coarse=coarse, fine=fine)
+
+
 def square_to_picture(flat: FlatMesh) -> FlatMesh:
     """Rotate the flat mesh so that its sides are parallel to the axes.
 

@@ -122,6 +122,11 @@ def source_of(scan: RangeScan | SurfaceMesh | ScannedSheet) -> RangeScan | Surfa
     return scan.scan if isinstance(scan, ScannedSheet) else scan
 
 
+def rotation_of(scan: RangeScan | SurfaceMesh | ScannedSheet) -> float:
+    """Return the degrees, clockwise, by which the flat page of a sheet is turned by hand."""
+    return scan.rotate_deg if isinstance(scan, SeparateSheet) else 0.0
+
+
 def _sheets_of_range_image(scan: RangeScan) -> list[SeparateSheet]:
     refuse_unusable_image(scan)
     rays = find_rays(scan)

@@ -14,12 +14,14 @@ from restore import (
     PageEdits,
     PartEdits,
     Settings,
+    SurfaceMesh,
     restore,
     restore_leaves,
 )
 from restore.edits.apply import correct_leaves
 from restore.edits.finish import finish_page
 from restore.layout.split import OVERLAP_MM
+from restore.mesh.triangulate import triangulate
 from tests.restore.layout.conftest import PAGE_MM, SPINE_MM, shot
 
 COARSE = Settings(points=300, dpi=60)
@@ -170,3 +172,27 @@ def test_a_plate_is_not_split():
 def test_corrections_that_do_not_fit_are_refused(fields, error, reason):
     with pytest.raises(error, match=reason):
         correct_leaves(shot(False)[0], PageEdits(**fields), COARSE)
+
+
+def test_a_sheet_that_was_flattened_already_is_rotated_as_one_that_was_not():
+    edits = PageEdits(layout="whole", parts={"page": {"rotate_deg": 10.0}})
+    sheet = correct_leaves(shot(False)[0], edits, COARSE).parts["page"]
+    assert sheet.prepared is not None
+    kept, fresh = restore(sheet, COARSE), restore(replace(sheet, prepared=None), COARSE)
+    np.testing.assert_array_equal(kept.image, fresh.image)
+    np.testing.assert_array_equal(kept.fine.flat, fresh.fine.flat)
+
+
+def test_a_mesh_is_rotated_by_hand():
+    seen = triangulate(shot(False)[0])
+    mesh = SurfaceMesh(seen.vertices, seen.faces, seen.texcoords, seen.texture)
+    straight, turned = (
+        restore_leaves(mesh, COARSE, edits=PageEdits(layout="whole", parts={"page": {"rotate_deg": degrees}})).parts[
+            "page"
+        ]
+        for degrees in (0.0, 10.0)
+    )
+    cos, sin = np.cos(np.radians(10.0)), np.sin(np.radians(10.0))
+    clockwise = straight.fine.flat @ np.array([[cos, -sin], [sin, cos]])
+    np.testing.assert_allclose(turned.fine.flat, clockwise, atol=1e-9)
+    assert turned.image.shape != straight.image.shape
