@@ -169,6 +169,7 @@ BY_PLACE = {
         "photogrammetry/bundle": "SETTLED ROUGHLY",
         "photogrammetry/card": "DETECTION_SIDE CORNER_ACCURACY",
         "photogrammetry/card_pose": "STEPS",
+        "photogrammetry/crease": "LATTICE_MM STRIP_MM DIRECTIONS REFINEMENTS",
         "photogrammetry/folded": "FILLINGS MEETING_STEPS",
         "photogrammetry/mesh": "VERTICES",
         "photogrammetry/page": "MASK_SIDE",

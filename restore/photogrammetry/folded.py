@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from restore.photogrammetry.align import Similarity
+from restore.photogrammetry.crease import find_crease
 from restore.photogrammetry.errors import SheetLost
 from restore.photogrammetry.pieces import CORE, find_pieces, neighbours
 from restore.photogrammetry.surface import (
@@ -267,6 +268,11 @@ def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = No
     if (labels >= 0).mean() < MIN_COVERED:
         return smooth
     try:
+        if labels.max() == 0:  # a gutter without print parts no points
+            labels = find_crease(feet, smooth, MIN_SHARE).sides(feet, smooth.step / 2)
+            rough = Paper(SMOOTH_STIFFNESS, most_strain=UNCREASED)
+            if _folded(points, feet, labels, smooth, rough).flattest_crease() is not None:
+                return smooth
         return _creased(points, feet, labels, smooth, paper) or smooth
     except SheetLost:  # not a real piece: a few points across several creases
         return smooth

@@ -174,11 +174,19 @@ def through_places(places: Floats, points: Floats, low: Floats, high: Floats) ->
     places: (n, 2) mm.
     points: (n, 3) mm.
     """
-    surface = Surface.level(low, high, 0.0)
+    level = Surface.level(low, high, 0.0)
+    # Beyond the places it stays near where it begins: in the plane of the points, however the places are turned.
+    turned = np.linalg.lstsq(_affine(places), points, rcond=None)[0]
+    surface = replace(level, coefficients=_affine(level.coefficients[..., :2]) @ turned)
     equations = _Equations(surface)
     equations.add_points(points, places, np.zeros_like(points), np.ones(len(points)), 1.0)
     equations.add_bending(1e-3)
     return equations.solved()
+
+
+def _affine(places: Floats) -> Floats:
+    """Places (…, 2) with a third coordinate of one."""
+    return np.concatenate([places, np.ones_like(places[..., :1])], axis=-1)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from drivers.simulated import Miura, MultiFold, Spread, Wave
+from drivers.simulated import Cone, Curl, Miura, MultiFold, Opening, Spread, Wave
 from oracles.printed_points import HALF, PAGE_MM, lost, rounded, sampled, true_places
 from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.errors import SheetLost
@@ -20,6 +20,8 @@ KEPT = 0.002  # of the area: a third of what is reported
 LOST_MM = 0.25  # of the length over a crease, that is prolonged to over 2.4 mm from both sides
 SPREAD = Spread(slope_deg=58.0, reach_mm=30.0)
 FOLDS = MultiFold()
+GUTTER = Opening(left_deg=40.0, right_deg=25.0, left_reach_mm=15.0, right_reach_mm=30.0)
+BLANK_MM = 9.0  # next to a spine, as printed books have
 MOVE = Similarity(2.0, np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([1.0, 2.0, 3.0]))
 
 
@@ -80,6 +82,30 @@ def test_a_page_without_creases_or_with_many_is_left_smooth(sheet):
     points, _ = sampled(sheet)
     smooth, feet = rounded(sheet, points)
     assert fold(points, feet, smooth) is smooth
+
+
+@pytest.mark.parametrize("sheet", [Curl(radius_mm=110.0, taper=0.3), Cone(apex_mm=280.0, opening_deg=45.0)])
+def test_a_blank_strip_of_a_smooth_page_is_not_a_crease(sheet):
+    points, flat = sampled(sheet)
+    points = points[np.abs(flat[:, 0]) > BLANK_MM]
+    smooth, feet = rounded(sheet, points)
+    assert fold(points, feet, smooth) is smooth
+
+
+def test_noise_is_not_a_crease():
+    wave = Wave(slope_deg=38.0, wavelength_mm=90.0)
+    points, _ = sampled(wave, noise=0.15)
+    smooth, feet = rounded(wave, points)
+    assert fold(points, feet, smooth) is smooth
+
+
+def test_a_gutter_without_print_is_a_crease():
+    points, flat = sampled(GUTTER)
+    points = points[np.abs(flat[:, 0]) > BLANK_MM]
+    smooth, feet = rounded(GUTTER, points)
+    surface = fold(points, feet, smooth)
+    assert isinstance(surface, FoldedSurface)
+    assert abs(lost(surface, GUTTER)) < lost(smooth, GUTTER) / 3
 
 
 def test_folds_move_with_the_model(folds):

@@ -192,3 +192,12 @@ def test_a_sheet_that_is_torn_beyond_all_numbers_is_told():
     feet = rng.uniform(-35, 35, (200, 2))
     with np.errstate(all="ignore"), pytest.raises(SheetLost, match="no sheet of paper"):
         fit_surface(np.column_stack([feet, np.zeros(200)]), feet, torn, stiffness=10.0)
+
+
+@pytest.mark.parametrize("turn", [[[0.0, 1.0], [-1.0, 0.0]], [[-1.0, 0.0], [0.0, -1.0]]])
+def test_a_surface_through_points_does_not_depend_on_how_their_places_are_turned(turn):
+    places, half = np.random.default_rng(3).uniform(-30.0, 30.0, (400, 2)), np.array([60.0, 60.0])
+    points = np.column_stack([places, 0.01 * places[:, 0] ** 2])
+    beyond = np.array([[42.0, 0.0], [-42.0, 5.0]])  # where only its own stiffness determines it
+    level, turned = (through_places(places @ way, points, -half, half) for way in (np.eye(2), np.array(turn)))
+    np.testing.assert_allclose(turned.points(beyond @ np.array(turn)), level.points(beyond), atol=1e-6)
