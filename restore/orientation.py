@@ -38,7 +38,9 @@ def rotate_page(page: RestoredPage, degrees: int) -> RestoredPage:
     report = _with_place_moved(page.report, lambda place: _clockwise(place, quarters))
     report["page_mm"] = list(report["page_mm"])[:: -1 if quarters % 2 else 1]
     in_all = (report.pop("rotation_deg", 0) + 90 * quarters) % 360
-    return replace(page, report=report | ({"rotation_deg": in_all} if in_all else {}), **images, **meshes)
+    left, top, right, bottom = np.roll(page.trimmed, quarters).tolist()
+    report |= {"rotation_deg": in_all} if in_all else {}
+    return replace(page, report=report, trimmed=(left, top, right, bottom), **images, **meshes)
 
 
 @checks_types
@@ -57,7 +59,8 @@ def mirror_page(page: RestoredPage) -> RestoredPage:
     images, meshes = page.changed_images(lambda _, image: image[:, ::-1]), page.changed_meshes(_mirror_mesh)
     findings = tuple(one for one in page.findings if one.code != "mirrored")
     report = {**_mirror_report(page.report), "findings": [one.as_json() for one in findings]}
-    return replace(page, report=report, findings=findings, **images, **meshes)
+    left, top, right, bottom = page.trimmed
+    return replace(page, report=report, findings=findings, trimmed=(right, top, left, bottom), **images, **meshes)
 
 
 def _mirror_report(report: Mapping[str, Any]) -> dict[str, Any]:

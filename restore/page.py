@@ -94,6 +94,7 @@ class RestoredPage:
     uncertainty  (h, w) float32 mm, the standard deviation of each pixel's place along either axis of the page, NaN
                  outside the page. None where it was not asked for, or cannot be estimated.
     uncropped (h', w', 3) uint8 RGB, the master without crop and with what was removed by hand. None without either.
+    trimmed   pixels that a crop took away at the left, top, right and bottom side, negative where it added some.
     findings  what is to be reported of the page; `report["findings"]` has the same as JSON values.
 
     >>> corners = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])
@@ -115,6 +116,7 @@ class RestoredPage:
     findings: tuple[Finding, ...] = ()
     uncertainty: NDArray[np.float32] | None = None
     uncropped: Bytes | None = None
+    trimmed: tuple[int, int, int, int] = (0, 0, 0, 0)
 
     def has(self, name: str) -> bool:
         """Return whether a field of `IMAGES` is not None."""

@@ -93,7 +93,7 @@ def with_margins(page: RestoredPage, added: Floats) -> RestoredPage:
     edges = np.rint(np.array([0, 0, width, height]) + np.array([-1, -1, 1, 1]) * added * page.dpi / MM_PER_INCH).astype(
         np.int64
     )
-    wider = page.changed_images(lambda name, values: _cropped(values, edges, EMPTY.get(name, np.nan)))
+    wider = _pictures(page, edges)
     size = np.add(page.report["page_mm"], added[:2] + added[2:]).tolist()
     given = [side for side, more in zip(SIDES, added, strict=True) if more]
     return replace(page, report={**page.report, "page_mm": size, "given": given}, **wider)
@@ -146,10 +146,21 @@ def crop_page(page: RestoredPage, crop: Crop) -> RestoredPage:
     if (edges[2:] <= np.maximum(edges[:2], 0)).any() or edges[0] >= width or edges[1] >= height:
         raise NotEnoughSurface("the crop leaves nothing of the page", "draw a box that lies on the page")
     whole = page.master if page.uncropped is None else page.uncropped
-    cropped = page.changed_images(lambda name, values: _cropped(values, edges, EMPTY.get(name, np.nan)))
-    cropped["uncropped"] = whole
+    cropped = _pictures(page, edges) | {"uncropped": whole}
     size = [float(edges[2] - edges[0]) / per_mm, float(edges[3] - edges[1]) / per_mm]
     return replace(page, report={**page.report, "page_mm": size}, **cropped)
+
+
+def _pictures(page: RestoredPage, edges: Ints) -> dict[str, Any]:
+    """Return the pictures of a page, and what is trimmed in all.
+
+    edges: left, top, right, bottom, to which it is cropped.
+    """
+    height, width = page.image.shape[:2]
+    left, top, right, bottom = edges.tolist()
+    trimmed = np.add(page.trimmed, (left, top, width - right, height - bottom)).tolist()
+    pictures = page.changed_images(lambda name, values: _cropped(values, edges, EMPTY.get(name, np.nan)))
+    return {**pictures, "trimmed": tuple(trimmed)}
 
 
 def _cropped(values: NDArray[Any], edges: Ints, empty: Any) -> NDArray[Any]:

@@ -62,7 +62,7 @@ def encode_model(page: RestoredPage, frames: Sequence[Frame]) -> bytes:
         "faces": mesh.faces,
         "flat": centred(mesh.flat),
         "strain": average_at_vertices(strain, mesh.faces, len(mesh.flat))[:, 0],
-        "page_uv": page_uv(mesh.flat, page.dpi, page.image.shape[:2]),
+        "page_uv": page_uv(page),
     }
     if mesh.texcoords is not None and mesh.texture is not None:
         arrays["uv"] = unit_square(mesh.texcoords, *mesh.texture.shape[:2])
@@ -74,15 +74,15 @@ def centred(points: Floats) -> Floats:
     return np.asarray(points - (points.min(axis=0) + points.max(axis=0)) / 2)
 
 
-def page_uv(flat: Floats, dpi: float, size: tuple[int, int]) -> Floats:
-    """Convert flat positions (n, 2) mm to positions on the page's picture.
+def page_uv(page: RestoredPage) -> Floats:
+    """Return positions (n, 2) of the vertices of the fine mesh on the page's picture.
 
-    size: height and width of the picture, pixels.
-    Returns (n, 2), 0 to 1, v upwards.
+    0 to 1, v upwards; outside of it where a crop took them away.
     """
+    flat, (height, width) = page.fine.flat, page.image.shape[:2]
     corner = np.array([flat[:, 0].min(), flat[:, 1].max()])
-    right, down = ((flat - corner) * [1.0, -1.0] * dpi / MM_PER_INCH).T
-    return np.column_stack([right / size[1], 1.0 - down / size[0]])
+    right, down = ((flat - corner) * [1.0, -1.0] * page.dpi / MM_PER_INCH - page.trimmed[:2]).T
+    return np.column_stack([right / width, 1.0 - down / height])
 
 
 def encode_arrays(arrays: Arrays, facts: Mapping[str, Any]) -> bytes:

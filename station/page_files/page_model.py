@@ -16,6 +16,7 @@ from station.page_files.model import decode_arrays
 
 MAX_MM = 1e5  # from the middle of the sheet: a hundred metres of scroll
 MAX_UV = 1e3  # widths and heights of the picture
+RESOLUTIONS = (1.0, 1e5)  # of the picture, pixels per inch
 # name → sizes; a letter is the same number everywhere. n: vertices, m: faces, k: steps, p, q: their vertices and faces.
 PAGE = {"vertices": ("n", 3), "flat": ("n", 2), "strain": ("n",), "page_uv": ("n", 2), "faces": ("m", 3)}
 STEPS = {"steps.positions": ("k", "p", 3), "steps.step": ("k",), "steps.faces": ("q", 3)}
@@ -30,6 +31,9 @@ def decode_model(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     Raises ValueError for anything else. Every float is finite, every index one of a vertex.
     """
     arrays, facts = decode_arrays(data)
+    dpi = facts.get("dpi")
+    if not isinstance(dpi, int | float) or not RESOLUTIONS[0] <= dpi <= RESOLUTIONS[1]:
+        raise ValueError("the resolution is missing or cannot be")
     steps = STEPS if any(name.startswith("steps.") for name in arrays) else {}
     sizes = _sizes(arrays, {**PAGE, **steps, **{name: OPTIONAL[name] for name in OPTIONAL if name in arrays}})
     for name, array in arrays.items():

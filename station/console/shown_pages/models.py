@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,10 @@ from restore import RangeScan
 from restore.drawing import rasterise
 from restore.scan import Floats
 from station.console.faults import ConsoleFault
-from station.console.shown_pages.layers import file_of_layer, read_model, scan_of
+from station.console.shown_pages.layers import file_of_layer, opened, read_model, scan_of, stored_file
 from station.console.shown_pages.strain import end_of_scale
 from station.page_files.mesh import unit_square
-from station.page_files.model import centred, encode_arrays
+from station.page_files.model import MM_PER_INCH, centred, encode_arrays
 from station.session import Event, Session
 from station.session.parts import PAGE, parts_of
 
@@ -90,17 +91,19 @@ def grid_faces(measured: Any) -> Any:
 class Ruler:
     """Lengths on one page. Built once for a page; `measure` takes microseconds."""
 
-    def __init__(self, vertices: Floats, flat: Floats, faces: Any) -> None:
-        """The mesh of a page: vertices (n, 3) mm, flat (n, 2) mm with y up, faces (m, 3)."""
-        corner = np.array([flat[:, 0].min(), flat[:, 1].max()])
-        area = float(np.prod(np.ptp(flat, axis=0) + 1.0 / PX_PER_MM))
+    def __init__(self, vertices: Floats, places: Floats, faces: Any, size_mm: tuple[float, float]) -> None:
+        """The mesh of a page: vertices (n, 3) mm, faces (m, 3).
+
+        places: (n, 2) mm from the upper left corner of its picture, y down.
+        size_mm: width and height of the picture.
+        """
+        area = float(np.prod(np.array(size_mm) + 1.0 / PX_PER_MM))
         self._px_per_mm = min(PX_PER_MM, (MAX_MAP_PX / area) ** 0.5)
-        place = (flat - corner) * [self._px_per_mm, -self._px_per_mm]
-        width, height = np.maximum(1, np.ceil(place.max(axis=0))).astype(int)
-        found = rasterise(place - 0.5, faces, vertices, int(height), int(width)).astype(np.float64)
+        width, height = (max(1, math.ceil(side * self._px_per_mm)) for side in size_mm)
+        found = rasterise(places * self._px_per_mm - 0.5, faces, vertices, height, width).astype(np.float64)
         away, nearest = distance_transform_edt(~np.isfinite(found[..., 0]), return_indices=True)
         self._away, self._places = away, found[tuple(nearest)]
-        self.size_mm = place.max(axis=0) / self._px_per_mm
+        self.size_mm = size_mm
 
     def measure(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, Any]:
         """The length between two points of the page, mm from its upper left corner, y down.
@@ -131,10 +134,12 @@ def ruler_of(session: Session, event: Event, leaf: str = "") -> Ruler:
 
     leaf: before the names of its layers. Raises ConsoleFault.
     """
-    arrays, _ = read_model(session, event, file_of_layer(f"{leaf}strain"))
-    return Ruler(
-        arrays["vertices"].astype(np.float64), arrays["flat"].astype(np.float64), arrays["faces"].astype(np.int64)
-    )
+    arrays, facts = read_model(session, event, file_of_layer(f"{leaf}strain"))
+    with opened(stored_file(session, event, file_of_layer(f"{leaf}page"))) as picture:
+        width, height = (side * MM_PER_INCH / facts["dpi"] for side in picture.size)
+    u, v = arrays["page_uv"].astype(np.float64).T
+    places = np.column_stack([u * width, (1.0 - v) * height])
+    return Ruler(arrays["vertices"].astype(np.float64), places, arrays["faces"].astype(np.int64), (width, height))
 
 
 def _texture(capture: int, texture: Any) -> dict[str, Any]:

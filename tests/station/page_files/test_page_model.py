@@ -38,7 +38,7 @@ def test_a_model_comes_back():
     assert facts == {"dpi": 150.0}
     assert set(found) == set(arrays())
     without = {name: None for name in arrays() if name.startswith("steps")} | {"uv": None}
-    assert len(decode_model(encode_arrays({k: v for k, v in arrays().items() if k not in without}, {}))[0]) == 5
+    assert len(decode_model(encode_arrays({k: v for k, v in arrays().items() if k not in without}, facts))[0]) == 5
 
 
 @pytest.mark.parametrize(
@@ -64,7 +64,13 @@ def test_a_model_comes_back():
 )
 def test_arrays_that_a_kernel_cannot_take_are_refused(changed):
     with pytest.raises(ValueError, match=r"\w"):
-        decode_model(encode_arrays(arrays(**changed), {}))
+        decode_model(encode_arrays(arrays(**changed), {"dpi": 150.0}))
+
+
+@pytest.mark.parametrize("dpi", [None, 0, -150.0, float("nan"), float("inf"), "150", [150.0]])
+def test_a_resolution_that_cannot_be_is_refused(dpi):
+    with pytest.raises(ValueError, match="resolution"):
+        decode_model(encode_arrays(arrays(), {"dpi": dpi}))
 
 
 HEADER = json.dumps({"arrays": {"faces": {"type": "uint32", "shape": [1, 3], "offset": 0}}}).encode()

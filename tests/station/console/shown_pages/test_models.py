@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from restore import FlatMesh
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.models import Ruler, grid_faces
 from station.console.shown_pages.tiles import Pyramids, build_pyramid
@@ -20,10 +21,15 @@ from tests.station.conftest import HEIGHT_MM, RADIUS_MM, WIDTH_MM, curl_mesh, cu
 FACETS = 2e-3
 
 
+def ruler_on(mesh: FlatMesh) -> Ruler:
+    """A ruler on the picture of a page that is not cropped."""
+    places = (mesh.flat - [mesh.flat[:, 0].min(), mesh.flat[:, 1].max()]) * [1.0, -1.0]
+    return Ruler(mesh.vertices, places, mesh.faces, tuple(places.max(axis=0)))
+
+
 @pytest.fixture(scope="module")
 def ruler() -> Ruler:
-    mesh = curl_mesh(curl_scan())
-    return Ruler(mesh.vertices, mesh.flat, mesh.faces)
+    return ruler_on(curl_mesh(curl_scan()))
 
 
 def test_lengths_on_a_cylinder(ruler):
@@ -39,8 +45,7 @@ def test_lengths_on_a_cylinder(ruler):
 
 @given(*(st.floats(2, 118) for _ in range(2)), *(st.floats(2, 78) for _ in range(2)))
 def test_a_way_on_the_sheet_is_no_shorter_than_through_space_and_the_same_back(x0, x1, y0, y1):
-    mesh = curl_mesh(curl_scan())
-    ruler = Ruler(mesh.vertices, mesh.flat, mesh.faces)
+    ruler = ruler_on(curl_mesh(curl_scan()))
     there, back = ruler.measure((x0, y0), (x1, y1)), ruler.measure((x1, y1), (x0, y0))
     assert there["sheet_mm"] >= there["chord_mm"] - 1e-9
     assert there["sheet_mm"] == pytest.approx(back["sheet_mm"])
