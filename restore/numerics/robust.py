@@ -25,23 +25,7 @@ def robust_sigma(residuals: NDArray[Any]) -> float:
 
     In their unit; up to half of them may be outliers.
     """
-    return MAD_TO_SIGMA * _median(np.abs(residuals).ravel())
-
-
-def _median(values: NDArray[Any]) -> float:
-    """Return the median of values (n,), whose order is changed; NaN where one is.
-
-    As `np.median` gives it, which partitions single precision for three places and takes twice the time.
-    """
-    middle = len(values) // 2
-    if not len(values):
-        return float("nan")
-    values.partition(middle)
-    upper = values[middle:]
-    # NaN are the last: the greatest is one of them.
-    if np.isnan(upper.max()):
-        return float("nan")
-    return float(upper[0] if len(values) % 2 else (values[:middle].max() + upper[0]) / 2)
+    return MAD_TO_SIGMA * float(np.median(np.abs(residuals)))
 
 
 def robust_sigmas(residuals: NDArray[Any]) -> Floats:
