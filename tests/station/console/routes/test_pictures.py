@@ -256,10 +256,10 @@ def tilted(width, turn):
         "vertices": vertices,
         "flat": flat,
         "strain": np.zeros(4, np.float32),
-        "page_uv": flat / 60,
+        "page_uv": flat / np.array([width, 30.0], np.float32),
         "faces": faces,
     }
-    return encode_arrays(arrays, {})
+    return encode_arrays(arrays, {"dpi": 25.4})
 
 
 def test_each_leaf_of_an_opened_book_has_its_ruler_and_its_model(tmp_path):
@@ -272,6 +272,7 @@ def test_each_leaf_of_an_opened_book_has_its_ruler_and_its_model(tmp_path):
         made.mkdir()
         for part, (width, turn) in leaves.items():
             (made / f"page-{part}-model.plm").write_bytes(tilted(width, turn))
+            Image.fromarray(np.zeros((30, int(width), 3), np.uint8)).save(made / f"page-{part}.png")
         measures = {"fingerprint": pack(bytes(PACKED_BYTES))}
         parts = {part: {"page_mm": [width, 30.0], "measures": measures} for part, (width, _) in leaves.items()}
         event = record_run(writer, RESTORE, capture, parameters={}, result={"parts": parts}, files=made).number
