@@ -183,6 +183,7 @@ def test_a_sheet_that_was_flattened_already_is_rotated_as_one_that_was_not():
     np.testing.assert_array_equal(kept.fine.flat, fresh.fine.flat)
 
 
+@pytest.mark.slow
 def test_a_mesh_is_rotated_by_hand():
     seen = triangulate(shot(False)[0])
     mesh = SurfaceMesh(seen.vertices, seen.faces, seen.texcoords, seen.texture)

@@ -77,6 +77,7 @@ def check_reproduced(loop):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_corrections_one_after_the_other_are_those_of_a_new_process(loop):
     assert is_flattened(work_off(loop))
     for part in (ROTATION, QUARTER, CROP, LIGHT):
