@@ -12,7 +12,6 @@ import cv2
 import numpy as np
 
 from restore.camera.photo_camera import PARAMETERS, PhotoCamera, project_with_jacobian
-from restore.numerics.robust import CAUCHY
 from restore.scan import Floats, Mask
 
 LADDER = tuple(0.6 * 1.3**k for k in range(9))  # of the longer side: 80° to 12° of view; phones 0.75, telephotos 4
@@ -27,6 +26,7 @@ DISTORTION_SPREAD = np.array([0.15, 0.15, 0.003, 0.003, 0.05])
 FOCAL_SPREAD = 1.0  # of its logarithm, when nothing is known
 FREE_STRAIGHT = 7  # of the parameters: pose and focal length
 REWEIGHTINGS = 3
+CAUCHY = 2.0  # sigmas: an error of that size counts half
 
 
 def find_pose(
