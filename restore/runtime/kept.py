@@ -45,7 +45,7 @@ class Store:
 
     def result(self, function: Callable[..., Result], arguments: tuple[Any, ...], aside: tuple[Any, ...]) -> Result:
         """Return function(*arguments, *aside), computed or kept."""
-        key, _ = _digest((function, arguments))
+        key = _digest((function, arguments))
         if key in self._results:
             self._used.add(key)
             found: Result = self._results[key][0]
@@ -56,8 +56,8 @@ class Store:
         return result
 
     def _put(self, key: bytes, result: object) -> None:
-        digest, size = _digest(result)
-        if digest and size + sum(kept for _, kept in self._results.values()) <= MAX_BYTES:
+        size = sum(part.nbytes for part in _parts(result))
+        if size and size + sum(kept for _, kept in self._results.values()) <= MAX_BYTES:
             self._results[key] = result, size
             self._used.add(key)
 
@@ -105,20 +105,26 @@ class _Fields(pickle.Pickler):
         return NotImplemented
 
 
-def _digest(value: object) -> tuple[bytes, int]:
-    """Return the digest of a value, and its size in bytes.
+def _digest(value: object) -> bytes:
+    """Return the digest of a value, empty for one that cannot be written.
 
-    Values of one digest are equal. Equal ones may have two, if one of them refers twice to one object. The digest is
-    empty for a value that cannot be written.
+    Values of one digest are equal. Equal ones may have two, if one of them refers twice to one object.
+    """
+    parts = _parts(value)
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(part)
+    return digest.digest() if parts else b""
+
+
+def _parts(value: object) -> list[memoryview]:
+    """Return a value as it is written, its arrays apart and not copied.
+
+    Nothing for a value that cannot be written.
     """
     written, arrays = BytesIO(), list[pickle.PickleBuffer]()
     try:
         _Fields(written, protocol=5, buffer_callback=arrays.append).dump(value)
     except (pickle.PicklingError, AttributeError, TypeError):
-        return b"", 0
-    digest, size = hashlib.sha256(written.getbuffer()), written.getbuffer().nbytes
-    for one in arrays:
-        with one.raw() as raw:
-            digest.update(raw)
-            size += raw.nbytes
-    return digest.digest(), size
+        return []
+    return [written.getbuffer(), *(one.raw() for one in arrays)]
