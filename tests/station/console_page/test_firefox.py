@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pytest
 
@@ -46,6 +47,18 @@ def show(browser: Firefox, screen: str, sign: str) -> None:
     browser.wait_for(there(sign))
 
 
+@contextmanager
+def page_seven(browser: Firefox) -> Iterator[CannedStation]:
+    """A station whose page 7 the browser shows."""
+    station = CannedStation(PAGE)
+    with serving(station) as address:
+        browser.go(f"{address}/#/page/7")
+        browser.wait_for("document.documentElement.dataset.ready")
+        browser.wait_for(there(".light"))
+        yield station
+        browser.go("about:blank")
+
+
 @pytest.mark.slow
 def test_the_smoke_path(browser: Firefox, console: Console) -> None:
     browser.go(console.start(LONG_SHOT_S))
@@ -80,11 +93,7 @@ LEFT, ENTER = "\ue012", "\ue007"  # WebDriver (W3C), table of the keys
 
 @pytest.mark.slow
 def test_a_spine_and_an_outline_are_drawn(browser: Firefox) -> None:
-    station = CannedStation(PAGE)
-    with serving(station) as address:
-        browser.go(f"{address}/#/page/7")
-        browser.wait_for("document.documentElement.dataset.ready")
-        browser.wait_for(there(".light"))
+    with page_seven(browser) as station:
         for tool, sign, points in (("s", ".spine-tool:not([hidden]) li", 2), ("o", "[data-scan]", 4)):
             browser.press(tool)
             browser.wait_for(there(sign))
@@ -98,7 +107,6 @@ def test_a_spine_and_an_outline_are_drawn(browser: Firefox) -> None:
             browser.press(ENTER)
             browser.wait_for("/Saved/.test(document.querySelector('.draft-panel').textContent)")
             browser.press(tool)  # ends the tool
-        browser.go("about:blank")
     spine, outline = (body["edits"] for path, body in station.pressed if path.endswith("/edits"))
     assert spine["spine"] == [[321, 18], [321, 462]]
     corners = outline["parts"]["page"]["outline"]
@@ -115,11 +123,7 @@ MIDDLE = (
 
 @pytest.mark.slow
 def test_an_outline_is_drawn_by_mouse(browser: Firefox) -> None:
-    station = CannedStation(PAGE)
-    with serving(station) as address:
-        browser.go(f"{address}/#/page/7")
-        browser.wait_for("document.documentElement.dataset.ready")
-        browser.wait_for(there(".light"))
+    with page_seven(browser) as station:
         browser.press("o")
         browser.wait_for(there("[data-scan]"))
         browser.wait_for(there(".outline-tool:not([hidden]) li"))
@@ -132,7 +136,6 @@ def test_an_outline_is_drawn_by_mouse(browser: Firefox) -> None:
         after = json.loads(browser.evaluate(PLACES))
         browser.press(ENTER)
         browser.wait_for("/Saved/.test(document.querySelector('.draft-panel').textContent)")
-        browser.go("about:blank")
     assert after[1:] == before[1:]
     assert all(new > old for new, old in zip(after[0], before[0], strict=True))
     ((_, body),) = (one for one in station.pressed if one[0].endswith("/edits"))

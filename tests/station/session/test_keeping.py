@@ -10,13 +10,11 @@ import pytest
 
 from drivers.simulated import Facing, Opening, shoot
 from station.capture_loop.loop import CaptureLoop
-from station.session import Volume, add_scan, create_session, decide, open_session, redo, undo
+from station.session import add_scan, decide, redo, undo
 from station.session.facts import SETTINGS
 from station.session.keeping import restore_keeping
-from station.session.presets import load_preset
-from tests.restore.layout.conftest import PAGE_MM, shot
+from tests.restore.layout.conftest import PAGE_MM
 
-COARSE = {"points": 300, "dpi": 50}
 ROTATION = {"rotate_deg": 1.5}
 QUARTER = {"turn": 1}
 CROP = {"crop": {"mode": "margin", "margin_mm": 3.0}}
@@ -42,14 +40,9 @@ def submit(source, parameters, folder):
 
 
 @pytest.fixture
-def loop(tmp_path):
-    """The loop of a session of one opening, with the files that the web interface asks for."""
-    values = load_preset("book").model_dump(mode="json", exclude_none=True)
-    values |= {"layout": "auto", "settings": COARSE}
-    create_session(tmp_path / "book", Volume(title="A book", preset_values=values))
-    with open_session(tmp_path / "book") as writer:
-        add_scan(writer, shot(False)[0], facts={})
-        yield CaptureLoop(writer, None, submit, lambda _line: None, outputs=("model",))
+def loop(opening):
+    """The loop of a session, with the files that the web interface asks for."""
+    return CaptureLoop(opening, None, submit, lambda _line: None, outputs=("model",))
 
 
 def work_off(loop):

@@ -15,16 +15,14 @@ from station.batch.progress import Done
 from station.batch.sessions import SessionBatch, plan_session, restore_session_page
 from station.cli import main
 from station.run.options import RunOptions
-from station.session import Volume, add_scan, correct, create_session, open_session, scan_path, undo
+from station.session import correct, scan_path, undo
 from station.session.edits_files import export_edits
 from station.session.leaves import leaves_of
 from station.session.overview import overview, overview_lines
-from station.session.presets import load_preset
 from station.session.reproduce import reproduce
 from station.session.verify import verify
-from tests.restore.layout.conftest import PAGE_MM, SPINE_MM, shot
+from tests.restore.layout.conftest import PAGE_MM, SPINE_MM
 
-COARSE = {"points": 300, "dpi": 50}
 SIZE_MM = 1.5  # two samples of the fast mode
 NOW = datetime(2026, 1, 2, tzinfo=UTC)
 
@@ -36,20 +34,9 @@ def restore_all(writer):
         batch.settle(task, restore_session_page(task), Done(1, 1, NOW))
 
 
-@pytest.fixture
-def writer(tmp_path):
-    """A session of one opening, which is restored in this process."""
-    values = load_preset("book").model_dump(mode="json", exclude_none=True)
-    values |= {"layout": "auto", "settings": COARSE}
-    create_session(tmp_path / "book", Volume(title="A book", preset_values=values))
-    with open_session(tmp_path / "book") as opened:
-        add_scan(opened, shot(False)[0], facts={})
-        yield opened
-
-
-def test_both_leaves_reach_everything(writer, tmp_path):
-    restore_all(writer)
-    session = writer.session
+def test_both_leaves_reach_everything(opening, tmp_path):
+    restore_all(opening)
+    session = opening.session
     left, right = leaves_of(session)
     for leaf, width in ((left, SPINE_MM), (right, PAGE_MM[0] - SPINE_MM)):
         assert leaf.report["page_mm"] == pytest.approx((width + 1.0, PAGE_MM[1]), abs=SIZE_MM)
@@ -77,28 +64,28 @@ def test_both_leaves_reach_everything(writer, tmp_path):
         ("restore", ()),
         ("verdict", ()),
     ]
-    copy = shutil.copytree(session.folder, tmp_path / "copy")  # the session itself has a writer
+    copy = shutil.copytree(session.folder, tmp_path / "copy")  # the session itself has a opening
     assert verify(copy).problems == ()
 
 
-def test_a_correction_and_its_undo(writer, tmp_path):
+def test_a_correction_and_its_undo(opening, tmp_path):
     """The same corrections of the exported scan give the same page to the byte."""
-    restore_all(writer)
-    split = writer.history.page(1).runs["restore"]
+    restore_all(opening)
+    split = opening.history.page(1).runs["restore"]
     edits = {"layout": "right", "parts": {"right": {"turn": 1, "settings": {"dpi": 40}}}}
-    correct(writer, 1, edits)
-    assert [page.problem[:9] for page in volume_of(writer.session).pages] == ["corrected"] * 2
-    restore_all(writer)
-    (leaf,) = leaves_of(writer.session)
+    correct(opening, 1, edits)
+    assert [page.problem[:9] for page in volume_of(opening.session).pages] == ["corrected"] * 2
+    restore_all(opening)
+    (leaf,) = leaves_of(opening.session)
     assert (leaf.name, leaf.side, leaf.report["dpi"]) == ("1/right", "right", 40)
-    export_edits(writer.session, writer.history.page(1), tmp_path / "book.edits.json")
-    save_scan(load_scan(scan_path(writer.session, leaf.page.capture)), tmp_path / "loose" / "book.scan")
+    export_edits(opening.session, opening.history.page(1), tmp_path / "book.edits.json")
+    save_scan(load_scan(scan_path(opening.session, leaf.page.capture)), tmp_path / "loose" / "book.scan")
     options = ["--points", "300", "--dpi", "50", "--edits", str(tmp_path / "book.edits.json")]
     assert main(["restore", str(tmp_path / "loose" / "book.scan"), "-o", str(tmp_path / "out"), *options]) == 0
     run = leaf.page.runs["restore"]
-    assert (tmp_path / "out" / "book.png").read_bytes() == writer.session.path(run, "page.png").read_bytes()
-    undo(writer)
-    assert writer.history.page(1).runs["restore"] == split
-    restore_all(writer)
-    assert len(leaves_of(writer.session)) == 2
-    assert {one.differing for one in reproduce(writer.session, tmp_path / "again")} == {()}
+    assert (tmp_path / "out" / "book.png").read_bytes() == opening.session.path(run, "page.png").read_bytes()
+    undo(opening)
+    assert opening.history.page(1).runs["restore"] == split
+    restore_all(opening)
+    assert len(leaves_of(opening.session)) == 2
+    assert {one.differing for one in reproduce(opening.session, tmp_path / "again")} == {()}
