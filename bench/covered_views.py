@@ -1,7 +1,8 @@
 """`python -m bench.covered_views [--seed S] [--sets 8] [--width 1200]`: what passes for a cover in photographs.
 
 Sheets of all kinds are photographed by hand; half of the views of a set have something over the page, the others
-nothing. The surface is known but for SURFACE_MM, the cameras exactly, as a good reconstruction leaves them. Printed are
+nothing. The surface is known but for SURFACE_MM, the cameras exactly, as a good reconstruction leaves them. One of the
+views is the texture of the surface, in every second set one with something over the page. Printed are
 the views with nothing over the page of which something is said, and of each kind of cover the views of which nothing is
 said and how much of what it hides is painted. Sheets, print, poses, light and covers are drawn from the seed.
 """
@@ -59,15 +60,16 @@ def main(seed: int | None, sets: int, width: int, sheets: Sequence[str]) -> None
 def _set(taken: PhotographSet, number: int, rng: np.random.Generator) -> list[tuple[str, float, float, float]]:
     """Of each view: what is over the page, and cm² taken for a cover, hidden, and hidden but taken for page."""
     cameras = [_as_found(camera) for camera in taken.cameras]
-    page = _page(taken, cameras[0], rng)
+    textured_from = number % 2
+    page = _page(taken, cameras[textured_from], rng)
     names, pictures, covers = [], [], []
     for k, (image, camera) in enumerate(zip(taken.images, taken.cameras, strict=True)):
         names.append("nothing" if k % 2 == 0 else list(KINDS)[(VIEWS * number + k) // 2 % len(KINDS)])
         covered = KINDS[names[k]](shot_of(page, camera, image), rng) if k % 2 else None
         pictures.append(image if covered is None else covered.image)
         covers.append(np.zeros(image.shape[:2], bool) if covered is None else covered.hidden)
-    assert page.texture is not None and page.texcoords is not None
-    texture = Source(extend_edge_colours(page.texture, page.texcoords, page.faces))
+    assert page.texcoords is not None
+    texture = Source(extend_edge_colours(pictures[textured_from], page.texcoords, page.faces))
     sources = [Source(picture, camera) for picture, camera in zip(pictures, cameras, strict=True)]
     planned = plan(page, [texture, *sources])
     surface = page_map(page.flat, page.faces, page.vertices, COARSE_DPI)
@@ -87,8 +89,8 @@ def _as_found(camera: Camera) -> PhotoCamera:
     return PhotoCamera(np.array(vector), camera.size)
 
 
-def _page(taken: PhotographSet, above: PhotoCamera, rng: np.random.Generator) -> FlatMesh:
-    """The page with its exact flat positions, its surface off by SURFACE_MM, textured from the first photograph."""
+def _page(taken: PhotographSet, camera: PhotoCamera, rng: np.random.Generator) -> FlatMesh:
+    """The page with its exact flat positions, its surface off by SURFACE_MM."""
     width, height = taken.scene.printed.page_mm
     cols, rows = (round(side / MESH_MM) + 1 for side in (width, height))
     x, y = np.meshgrid(np.linspace(0, width, cols), np.linspace(height, 0, rows))
@@ -97,7 +99,7 @@ def _page(taken: PhotographSet, above: PhotoCamera, rng: np.random.Generator) ->
     way = rng.normal(size=(2, 2)) * 2 * np.pi / WAVE_MM
     error = SURFACE_MM * 2 * np.prod(np.sin(flat @ way + rng.uniform(0, 6, 2)), axis=1)
     vertices = vertices + error[:, None] * vertex_normals(vertices, faces)
-    mesh = SurfaceMesh(vertices, faces, above.project(vertices), taken.images[0])
+    mesh = SurfaceMesh(vertices, faces, camera.project(vertices), taken.images[0])
     return FlatMesh.of(mesh, flat, np.empty(0), 0)
 
 

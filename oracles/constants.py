@@ -62,6 +62,7 @@ BY_PLACE = {
         "orientation": "RIGHT_ANGLES MIRROR",
         "outline/picture_edge": "PROFILE",
         "outline/sides": "OUTLINE_ERROR MAX_SHIFT",
+        "photo/consensus": "MIN_WITNESSES",
         "photo/orientation": "QUARTERS",
         "photo/paint": "MIN_SHARE",
         "photo/photograph": "SIXTEEN_BIT",

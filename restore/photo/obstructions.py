@@ -191,6 +191,12 @@ def _log_gains(photograph: Floats, scan: Floats, both: Mask) -> Floats:
     return np.asarray(np.log(np.maximum(wanted, SINGLE_TINY) / np.maximum(given, SINGLE_TINY)))
 
 
+def fitted_gains(photograph: Floats, scan: Floats, normals: Floats, both: Mask) -> Floats:
+    """Return the log gain (h, w, 3) that lamps give to a photograph over the scan."""
+    gains, terms = _log_gains(photograph, scan, both), _light_terms(normals, both)
+    return np.stack([_fitted(gain, terms, both) for gain in np.moveaxis(gains, -1, 0)], axis=-1)
+
+
 def _white(light: Floats, both: Mask) -> Floats:
     """Return the light (3,) of paper."""
     return np.asarray(np.quantile(light[both], 0.9, axis=0))

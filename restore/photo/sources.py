@@ -20,6 +20,7 @@ from restore.numerics.limits import SINGLE_TINY
 from restore.numerics.srgb import LINEAR
 from restore.page import FlatMesh
 from restore.photo.coarse import COARSE_DPI, CoarseView, Placed, blurred_widely
+from restore.photo.consensus import consensus
 from restore.photo.obstructions import MARGIN_MM, compare, covered_mask
 from restore.photo.visible import clipped_fraction, glare_mask, visible_points
 from restore.runtime.threads import in_threads
@@ -81,8 +82,11 @@ def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
     inside = np.isfinite(coarse[..., 0])
     scanned = _coarse_view(Placed.at(sources[0].image, coarse[..., 6:], inside), inside)
     known = inside & ~_hidden_from_scanner(page, inside.shape)
-    views = in_threads(lambda source: _photographed(source, page, coarse, inside, scanned, known), sources[1:])
-    views = [scanned, *_without_contradictions(views, coarse[..., 3:6], inside & ~known)]
+    shown = in_threads(lambda source: _photographed(source, page, coarse, inside), sources[1:])
+    normals = coarse[..., 3:6]
+    usual = consensus([view for view, _ in shown], replace(scanned, good=known), normals)
+    views = in_threads(lambda one: _without_covered(*one, usual, normals), shown)
+    views = [scanned, *_without_contradictions(views, normals, inside & ~usual.good)]
     weights = _weights(views, [source.fraction for source in sources], inside)
     ppi = np.stack([view.ppi for view in views]).astype(np.float32)
     return Plan(weights.astype(np.float32), _gains(views, weights), ppi, np.stack([view.covered for view in views]))
@@ -123,10 +127,8 @@ def _coarse_view(placed: Placed, good: Mask) -> CoarseView:
     return CoarseView(good, placed.ppi, LINEAR[codes].astype(np.float64), np.zeros_like(good), placed.resolved)
 
 
-def _photographed(
-    source: Source, page: FlatMesh, coarse: Floats, inside: Mask, scanned: CoarseView, known: Mask
-) -> CoarseView:
-    """What a photograph shows of the coarse page; known (h, w): where the scanner saw it."""
+def _photographed(source: Source, page: FlatMesh, coarse: Floats, inside: Mask) -> tuple[CoarseView, Floats]:
+    """Return what a photograph shows of the coarse page, and the clipped fraction (h, w)."""
     camera = source.camera
     assert camera is not None
     points, normals = coarse[inside][:, :3], coarse[inside][:, 3:6]
@@ -134,14 +136,21 @@ def _photographed(
     pixels[inside] = camera.project(points)
     good[inside] = visible_points(camera, page.vertices, page.faces, points, normals)
     placed = Placed.at(source.image, pixels, good)
-    view = _coarse_view(placed, good)
-    clipped = placed.read(clipped_fraction(source.image, placed.size))
+    return _coarse_view(placed, good), placed.read(clipped_fraction(source.image, placed.size))
+
+
+def _without_covered(view: CoarseView, clipped: Floats, usual: CoarseView, normals: Floats) -> CoarseView:
+    """A view without what covers the page in it, or is mirrored there.
+
+    clipped: (h, w), fraction of its pixels.
+    usual: what the page is compared with.
+    """
     reach = GLARE_MM / MM_PER_INCH * COARSE_DPI
-    glare = glare_mask(clipped, view.light.mean(axis=2), scanned.light.mean(axis=2), good, reach)
+    glare = glare_mask(clipped, view.light.mean(axis=2), usual.light.mean(axis=2), view.good, reach)
     glare = cv2.dilate(glare.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-    resolved = view.resolved & scanned.resolved
-    covered = covered_mask(view.light, scanned.light, coarse[..., 3:6], good, known, resolved, glare)
-    return replace(view, good=good & ~covered, covered=covered)
+    resolved = view.resolved & usual.resolved
+    covered = covered_mask(view.light, usual.light, normals, view.good, usual.good, resolved, glare)
+    return replace(view, good=view.good & ~covered, covered=covered)
 
 
 def _weights(views: Sequence[CoarseView], fractions: Sequence[float], inside: Mask) -> Floats:

@@ -10,7 +10,7 @@ import pytest
 from scipy.ndimage import map_coordinates
 
 from oracles.simulation.camera import Exposure
-from oracles.studio import View
+from oracles.studio import VIEWS, View
 from restore import CoverageClass, Photograph, Settings, restore
 from restore.photo import Registered, paint_registered, register_photographs
 from restore.photo.paint import NOWHERE, _carry_to_edge
@@ -170,6 +170,19 @@ def test_what_covers_the_page_in_one_photograph_is_painted_from_the_other(text, 
     painting, _ = paint_registered(text.page, outcome, DPI)
     assert painted_from(painting.source(), painting.page_source, 1, hidden) == 0
     assert (painting.page_source[painting.covered] == 2).mean() > 0.9
+
+
+def test_what_lies_on_the_photograph_that_is_the_texture_is_not_painted_and_is_said_of_that_one_alone(text, thumbed):
+    """As on a page from photographs alone."""
+    image, hidden = thumbed
+    images = {"above": image} | {view: text.photograph(view) for view in list(VIEWS)[1:]}
+    cameras = {view: text.registered(view).camera for view in images}
+    page = replace(text.page, texture=image, texcoords=cameras["above"].project(text.page.vertices))
+    photos = [Photograph(images[view], view, camera=cameras[view]) for view in images]
+    painting, reports = paint_registered(page, register_photographs(page, photos), DPI)
+    assert sum(painted_from(painting.source(), painting.page_source, k, hidden) for k in (0, 1)) == 0
+    assert reports[0]["obstructed_mm2"] > MM2
+    assert [report["obstructed_mm2"] for report in reports[1:]] == [0.0, 0.0, 0.0]
 
 
 def test_restore_counts_photographs_as_they_were_given_and_tells_why_one_is_refused(text):
