@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from restore.errors import BadInput
-from restore.findings import Finding
+from restore.findings import NOTABLE, Finding
 from restore.formats.bare_faces import kept_faces
 from restore.formats.mesh import PaintedMesh, checked_mesh, fan_triangles, split_seams, texture_uv
 from restore.formats.obj_text import ObjText, parse_obj
@@ -28,14 +28,12 @@ from restore.formats.source import (
     with_newlines,
     without_mark,
 )
+from restore.numerics.robust import MAJORITY
 from restore.scan import Bytes, Ints, Mask, SurfaceMesh
 
 MAX_MATERIAL_BYTES = 2**20  # a material file is a page of text
 MAX_LIBRARIES = 16  # a scan has one
 LARGE_MESH = 1000  # vertices: more than in files written by hand
-UNUSED_TAIL = 0.01  # of the vertices: the faces of a truncated file do not reach its last vertices
-# Of the vertices: where the faces use fewer, though the last line has an end, more were lost than an editor deletes.
-MIN_USED = 0.5
 UNMOVED = {b"-s": 1.0, b"-o": 0.0}  # scale and offset that leave the texture coordinates as they are
 MAPS = (b"map_kd", b"map_ka", b"map_ke")
 _COMMAS = re.compile(rb"^[ \t]*v[ \t]+[-+]?\d*,\d", re.MULTILINE)
@@ -120,9 +118,10 @@ def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> tupl
         raise BadInput(f"{path} seems cut short: its last face is not complete", CUT_SHORT)
     used = (int(faces.max()) + 1) / len(text.vertices)
     large, ended = len(text.vertices) >= LARGE_MESH, data.endswith(b"\n")
-    if used < (MIN_USED if large and ended else 0.0 if ended else 1.0):
+    # Where the faces use fewer though the last line has an end, more were lost than an editor deletes.
+    if used < (MAJORITY if large and ended else 0.0 if ended else 1.0):
         raise BadInput(f"{path} seems cut short: its faces use the first {used:.0%} of its vertices", CUT_SHORT)
-    if large and used < 1.0 - UNUSED_TAIL:
+    if large and used < 1.0 - NOTABLE:
         return (Finding.of("unused_vertices", used),)
     return ()
 

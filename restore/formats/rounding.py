@@ -18,6 +18,7 @@ from restore.findings import Finding
 from restore.mesh.adjacency import components
 from restore.mesh.places import first_at_place
 from restore.mesh.topology import Topology
+from restore.numerics.robust import NEARLY_ALL
 from restore.scan import Floats, SurfaceMesh, with_findings
 
 Mesh = TypeVar("Mesh", bound=SurfaceMesh)
@@ -25,8 +26,7 @@ Mesh = TypeVar("Mesh", bound=SurfaceMesh)
 SINGLE = 1e-6  # of the largest coordinate: single precision and what is computed in it, ten of its last places
 OF_MEAN_EDGE = 1e-3  # no program means two places that are nearer to each other
 MAX_DECIMALS = 6
-SHORTER = 0.05  # of the edges are shorter than the one that limits what is rounding
-MAX_OF_EDGE = 0.1  # of that edge: farther apart, two vertices may be two places
+MAX_OF_EDGE = 0.1  # of an edge than which nearly all are longer: farther apart, two vertices may be two places
 GAP = 2.0  # no distance lies between the largest that is rounding and this multiple of it
 SAMPLE = 20_000  # vertices that suffice to count those near each other
 CROWDED = 64  # vertices near one: a mesh with more is a cloud of triangles, which cannot be assigned
@@ -45,7 +45,7 @@ def joined_by_rounding(mesh: Mesh) -> Mesh:
     lengths = lengths[lengths > 0.0]
     if not len(border) or not len(lengths):
         return mesh
-    points, most = mesh.vertices[border], MAX_OF_EDGE * float(np.quantile(lengths, SHORTER))
+    points, most = mesh.vertices[border], MAX_OF_EDGE * float(np.quantile(lengths, 1.0 - NEARLY_ALL))
     least = min(_rounding(mesh.vertices, float(lengths.mean())), most)
     tree = cKDTree(points)
     if most <= 0.0 or _crowded(tree, points, GAP * most):

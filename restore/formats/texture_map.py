@@ -21,7 +21,6 @@ from restore.numerics.robust import MAJORITY, OUTLYING
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh, with_findings
 
 INSETS_PX = (0.0, 1.0, 2.0)  # from the border of a chart: some atlases pad it, others leave half a pixel of it
-MIN_SEAM = 30  # pairs of vertices across seams for a decision
 SHIFTS = 8  # of one side along the other, by which chance is estimated
 AXES = {1: "v of the texture coordinates runs down the image", 0: "u of the texture coordinates runs to the left"}
 
@@ -56,7 +55,7 @@ def _axis_to_turn(mesh: SurfaceMesh, texture: Bytes, texcoords: Floats) -> int |
     """
     place = first_at_place(mesh.vertices)
     apart = (np.abs(texcoords - texcoords[place]) >= SAME_PIXELS).any(axis=1)
-    if apart.sum() < MIN_SEAM:
+    if not apart.any():
         return None
     one, other = np.flatnonzero(apart), place[apart]
     moved = apart | np.isin(np.arange(len(place)), other)

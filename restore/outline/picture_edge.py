@@ -27,7 +27,6 @@ REACH = 4.0  # pixels, or half as many samples, to either side: a step of both, 
 PROFILE = (np.arange(64) + 0.5) / 32 - 1.0  # fractions of the reach: the centres of eighths of a pixel
 PLATEAU = 12  # places at either end of a profile that show paper, and table: a pixel and a half
 LEVEL = 0.15  # of the step: plateaus with more range hold print or a shadow
-MIN_STEP = 20.0  # codes: a dozen times the noise of one pixel, or more
 MOST = 1.0  # samples from the crossing: a step farther off is another
 CUT = 0.5  # samples more, where a mesh was cut: its last vertices lie anywhere within a spacing of the paper's edge
 EVEN = 1.0  # codes between the 10th and 90th percentile: a camera's noise has more, what an atlas leaves empty has not
@@ -136,7 +135,8 @@ def steps_of(profiles: Floats) -> tuple[Floats, Mask, Floats, Floats]:
     ends = profiles[:, :PLATEAU], profiles[:, -PLATEAU:]
     paper, table = (np.median(end, axis=1) for end in ends)
     step = np.abs(paper - table)
-    clear = (step > MIN_STEP) & (np.maximum(*(np.ptp(end, axis=1) for end in ends)) < LEVEL * step)
+    # Even a plateau of one code has noise: its rounding, and more in a camera.
+    clear = np.maximum(*(np.ptp(end, axis=1) for end in ends)) + EVEN < LEVEL * step
     of_paper = (profiles - table[:, None]) / np.where(clear, paper - table, np.inf)[:, None]
     # A shadow darker than both, or a gleam, would count as paper that is missing, or as more of it.
     clear &= (of_paper.min(axis=1) > -LEVEL) & (of_paper.max(axis=1) < 1.0 + LEVEL)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from restore.numerics.robust import NEARLY_ALL
 from restore.scan import Floats
 
 MIN_TORN_FILL = 0.8  # of it, with a corner torn off: a larger one takes two thirds of both adjacent sides
-MIN_WHOLE_SIDE = 0.85  # straight fraction of the two sides that a torn corner leaves whole: dents take a part of them
-MIN_TORN_SIDE = 0.3  # and of the other two: a corner of a fifth leaves a third of each; of a slanting side 0.1 is near
+MIN_TORN_SIDE = (
+    0.3  # straight fraction of the shorter sides: a corner of a fifth leaves a third; slanting ones have 0.1
+)
 SIDE_BAND_MM = 2.0  # outline points this near to a side belong to it
 TIP_SHARE = 0.02  # of the outline points: a tip has fewer; more, in all, are the corners of a page with pointed ones
 BINS = 20  # of a side: outlines of pages have a few points in each
@@ -39,7 +41,7 @@ def has_straight_sides(outline: Floats, area: float) -> bool:
     if area < MIN_TORN_FILL * width * height:
         return False
     fractions = _straight_shares(outline @ _rotation(-np.deg2rad(angle)).T)
-    whole = fractions >= MIN_WHOLE_SIDE
+    whole = fractions >= NEARLY_ALL  # dents take a part of them
     return bool(whole[0].any() and whole[1].any() and fractions.min() >= MIN_TORN_SIDE)
 
 

@@ -21,7 +21,7 @@ from restore.numerics.lines import MIN_POINTS
 from restore.outline.crossings import WRONG, Crossings, crossings_of, separate, where
 from restore.outline.picture_edge import PictureSteps, edge_in_picture, steps_in_picture
 from restore.outline.rectangle import CORNER_SHARE, has_straight_sides
-from restore.range_image.facets.sheet import PageOnGrid, Sheet
+from restore.range_image.facets.sheet import WIDEST_STRIDE, PageOnGrid, Sheet
 from restore.runtime.threads import in_threads
 from restore.scan import Floats, Ints, Mask
 
@@ -29,7 +29,6 @@ OUTLINE_ERROR = 0.5  # samples: a surface that ends between two of them is assum
 INLIER_DISTANCE = 0.75  # samples: OUTLINE_ERROR, and the error of the line itself
 MAX_SHIFT = INLIER_DISTANCE + 1.0  # samples: and one that the border lost or gained
 MIN_INLIERS = 0.75  # fraction of a side's outline points near its line; torn or curved sides have fewer
-MAX_CORNER_SHIFT = 4.0  # samples: morphology has rounded the corners, and nodes are as far apart
 MIN_AREA_RATIO = 0.1  # least area of a face after the move, as a fraction of its area before
 GRID_ITERATIONS = 6  # of the grid positions of moved vertices; the sixth hardly changes them
 MAX_UNDO_ROUNDS = 8  # of undoing moves that collapse faces; each round leaves fewer
@@ -270,7 +269,7 @@ def _project_to_sides(outline: Floats, jacobians: Floats, lines: list[Line | Non
             corner = np.linalg.solve([one.normal, other.normal], [one.offset, other.offset])
             shift = np.linalg.norm(np.einsum("nij,nj->ni", jacobians, corner - outline), axis=1)
             nearest = int(np.argmin(shift))
-            if shift[nearest] <= MAX_CORNER_SHIFT:
+            if shift[nearest] <= WIDEST_STRIDE:  # morphology has rounded the corners, and nodes are as far apart
                 target[nearest] = corner
     return target
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from restore.camera.photo_camera import PhotoCamera
 from restore.numerics.limits import SINGLE_TINY
-from restore.numerics.srgb import LINEAR
-from restore.photo.dense import CONTRAST_PX, predict
+from restore.numerics.srgb import CONTRAST_PX, LINEAR
+from restore.photo.dense import predict
 from restore.photo.reference import Reference
 from restore.scan import Bytes, Mask
 

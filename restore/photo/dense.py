@@ -13,12 +13,12 @@ import cv2
 import numpy as np
 
 from restore.camera.photo_camera import PhotoCamera
+from restore.numerics.srgb import CONTRAST_PX
 from restore.photo.reference import Reference
 from restore.scan import Bytes, Floats, Ints, Mask
 
 GRID = 10  # reference pixels from one measured place to the next: 2,500 places on a page that fills the picture
 WINDOW = 31  # reference pixels: two lines of text, so that a patch is unlike its neighbours
-CONTRAST_PX = 8.0  # light and shade are wider than this, print is finer
 FLOOR = 3.0  # grey levels of contrast that count as noise
 GAIN = 42.0  # of a contrast of one standard deviation, in the codes of a compared picture: three fit on either side
 COARSE_LEVELS = 2  # of the pyramid: shifts of up to 30 reference pixels are found, but also the next line of text

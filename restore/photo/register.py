@@ -32,10 +32,8 @@ KNOWN_FOCAL = 0.1  # relative; EXIF stores whole millimetres, and focusing chang
 MAX_REPROJECTION_ERROR = 1.0  # reference pixels: more is a wrong match, as where a window spans a crease
 MIN_PLACES = 14  # as many unknowns has a camera
 MIN_ALIKE = 0.6  # of the places with print: the rest is glare, shadow, fingers; of another page, up to half are
-HOPELESS = 0.2  # of them, after two refinements: twice what another page has
 MAX_BLUR = 0.9  # reference pixels, by which it spreads print more: the scanner itself spreads it by half as much
 MAX_RESIDUAL = 0.5  # reference pixels, rms: a page that was moved or bent since has more, and so has an uncertain pose
-UNKNOWN_MM = 10.0  # larger errors than two lines of print are all alike
 OVERLAP = WINDOW / GRID  # neighbouring windows have most pixels, and so errors, in common
 MIN_COVERAGE = 0.1  # of the page: less is hardly worth its seams
 
@@ -180,7 +178,7 @@ def _refined(
         shifts = measure(reference, grey, camera, near=step >= COARSE_STEPS)
         points = reference.at(shifts.moved)
         good = shifts.alike & np.isfinite(points[:, 0])
-        if good.sum() < MIN_PLACES or (step > COARSE_STEPS and shifts.alike.mean() < HOPELESS):
+        if good.sum() < MIN_PLACES:
             raise Refused("the photograph does not show this page: its print is another")
         before = camera.project(points[good])
         camera = refine(
@@ -255,10 +253,10 @@ def _insist(found: Registration, reference: Reference) -> None:
             AGAIN,
         )
     if found.uncertainty_px > MAX_RESIDUAL * found.scale:
-        mm = found.uncertainty_px / found.scale * reference.pixel_mm
+        off = found.uncertainty_px / found.scale
         raise Refused(
             "the photograph and the scan have too little print in common, or all of it in one corner, to locate the "
-            f"rest of the page: {_off(mm)}",
+            f"rest of the page: {_off(off, reference.pixel_mm)}",
             AGAIN,
         )
     if found.coverage < MIN_COVERAGE:
@@ -267,5 +265,9 @@ def _insist(found: Registration, reference: Reference) -> None:
         raise Refused("the photograph is coarser than the scanner's own image", AGAIN, final=True)
 
 
-def _off(mm: float) -> str:
-    return f"it may be {mm:.1f} mm off" if mm < UNKNOWN_MM else "it may be anywhere"
+def _off(pixels: float, pixel_mm: float) -> str:
+    """Return how far a page may be off.
+
+    Errors larger than WINDOW, two lines of print, are all alike.
+    """
+    return f"it may be {pixels * pixel_mm:.1f} mm off" if pixels < WINDOW else "it may be anywhere"

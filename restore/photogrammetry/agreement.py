@@ -15,12 +15,12 @@ import numpy as np
 from restore.camera.photo_camera import PhotoCamera
 from restore.findings import Finding
 from restore.photo.photograph import Photograph
-from restore.photogrammetry.align import MIN_COMMON, views_that_agree
+from restore.photogrammetry.align import MIN_MARKERS, MIN_VIEWS, views_that_agree
 from restore.photogrammetry.bundle import ROUGHLY, Adjusted, Tracks, adjust
 from restore.photogrammetry.card import ScaleCard, detect_markers
 from restore.photogrammetry.errors import CardApart, Mirrored, NoPage, TooFewViews, ViewsApart
 from restore.photogrammetry.sharpness import Sharpness, sharpness
-from restore.photogrammetry.sparse import BLURRED_PX, MIN_VIEWS, SAME_FOCAL, SIDE
+from restore.photogrammetry.sparse import BLURRED_PX, SAME_FOCAL, SIDE
 from restore.scan import Bytes, Floats, Ints, Mask
 
 MIN_SHARE = 0.3  # of the patches that most views show: half a page under a hand leaves more
@@ -146,7 +146,7 @@ def find_markers(photographs: Sequence[Photograph], card: ScaleCard) -> dict[int
     mirrored = [
         photographs[number].name
         for number, markers in seen.items()
-        if len(markers) < MIN_COMMON <= len(detect_markers(_flipped(photographs[number].image), card))
+        if len(markers) < MIN_MARKERS <= len(detect_markers(_flipped(photographs[number].image), card))
     ]
     if mirrored:
         raise Mirrored(
@@ -170,7 +170,7 @@ def card_findings(
     Raises CardApart when the markers are where no card has them.
     """
     cameras = {number: photograph.camera for number, photograph in enumerate(photographs) if photograph.camera}
-    showing = [number for number in cameras if len(seen.get(number, {})) >= MIN_COMMON]
+    showing = [number for number in cameras if len(seen.get(number, {})) >= MIN_MARKERS]
     if len(showing) < MIN_VIEWS:
         return (Finding.of("card_in_few"),)
     agreeing = views_that_agree(cameras, seen)

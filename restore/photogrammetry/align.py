@@ -14,9 +14,9 @@ from restore.numerics.limits import TINY
 from restore.scan import Floats
 
 ITERATIONS = 5  # of a triangulation: each divides what is left by ten or more
-SAMPLE = 3  # views: two agree on any move along their epipolar lines
+MIN_VIEWS = 3  # two agree on any move along their epipolar lines
 MAX_SAMPLES = 200  # of 10 views there are 120
-MIN_COMMON = 4  # markers
+MIN_MARKERS = 4  # three give a similarity, and one to spare
 MAX_OFFSET = 1e-3  # of a picture's longer side: some 0.3 mm on the table, twice what the first cameras are off by
 
 
@@ -87,9 +87,9 @@ def line_of_sight(camera: PhotoCamera, pixel: Floats) -> Floats:
 
 
 def triangulate_markers(
-    cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapping[int, Floats]], least_views: int
+    cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapping[int, Floats]]
 ) -> dict[int, Floats]:
-    """Return the centre (3,) of each marker in enough views.
+    """Return the centre (3,) of each marker in MIN_VIEWS or more.
 
     In the frame of the cameras.
     seen: photograph → marker → pixel (2,), of views that agree.
@@ -98,7 +98,7 @@ def triangulate_markers(
     found = {}
     for marker in numbers:
         views = [number for number, markers in seen.items() if marker in markers]
-        if len(views) >= least_views:
+        if len(views) >= MIN_VIEWS:
             pixels = np.array([seen[number][marker] for number in views])
             found[marker] = triangulate([cameras[number] for number in views], pixels)
     return found
@@ -119,17 +119,17 @@ def views_that_agree(cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapp
     """Return the most views in which the markers lie as on one card.
 
     In the others page or card were moved. A consensus of views over samples of three (Fischler & Bolles, Comm. ACM
-    24(6), 1981). Fewer than three views with MIN_COMMON markers cannot disagree: all are returned.
+    24(6), 1981). Fewer than three views with MIN_MARKERS markers cannot disagree: all are returned.
     seen: by view and marker, the pixel (2,) of its centre.
     """
-    views = [number for number in cameras if len(seen.get(number, {})) >= MIN_COMMON]
-    if len(views) < SAMPLE:
+    views = [number for number in cameras if len(seen.get(number, {})) >= MIN_MARKERS]
+    if len(views) < MIN_VIEWS:
         return views
     sights = {view: _sights(cameras[view], seen[view]) for view in views}
     best: tuple[int, float, list[int]] = (0, 0.0, [])
     for sample in _samples(views):
         points = _nearest_points([sights[view] for view in sample])
-        if len(points) < MIN_COMMON:
+        if len(points) < MIN_MARKERS:
             continue
         off = {view: _offset(cameras[view], seen[view], points) for view in views}
         agreeing = [view for view in views if off[view] < MAX_OFFSET * max(cameras[view].size)]
@@ -147,7 +147,7 @@ def agreeing_markers(
 
 def _samples(views: Sequence[int]) -> list[tuple[int, ...]]:
     """All samples of three views, or MAX_SAMPLES of them spread evenly."""
-    samples = list(combinations(views, SAMPLE))
+    samples = list(combinations(views, MIN_VIEWS))
     return samples[:: -(-len(samples) // MAX_SAMPLES)]
 
 

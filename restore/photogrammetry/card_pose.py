@@ -11,16 +11,19 @@ import cv2
 import numpy as np
 
 from restore.camera.photo_camera import PhotoCamera, project_with_jacobian
-from restore.numerics.robust import CAUCHY, robust_sigma
-from restore.photogrammetry.align import Similarity, agreeing_markers, fit_similarity, triangulate_markers
+from restore.numerics.robust import CAUCHY, NEARLY_ALL, robust_sigma
+from restore.photogrammetry.align import (
+    MIN_MARKERS,
+    Similarity,
+    agreeing_markers,
+    fit_similarity,
+    triangulate_markers,
+)
 from restore.photogrammetry.card import ScaleCard
+from restore.photogrammetry.track import MIN_SIGMA_PX
 from restore.scan import Floats
 
-MIN_MARKERS = 4  # in three views or more: a plane and a scale, and one to spare
-MIN_VIEWS = 3
 STEPS = 10
-SHOWN_WHOLE = 0.9  # of the markers in all views; the page may hide a part of the others
-MIN_SIGMA_PX = 0.03  # of the centre of a marker
 
 
 def find_card(
@@ -34,7 +37,7 @@ def find_card(
     of them are seen in three views.
     """
     agreeing = agreeing_markers(cameras, markers)
-    found = triangulate_markers(cameras, agreeing, MIN_VIEWS)
+    found = triangulate_markers(cameras, agreeing)
     if len(found) < MIN_MARKERS:
         return None
     centres = np.column_stack([card.centres, np.zeros(len(card.centres))])
@@ -52,7 +55,8 @@ def find_card(
             pose.scale * float(np.exp(step[0])), cv2.Rodrigues(step[1:4])[0] @ pose.rotation, pose.shift + step[4:]
         )
     per_mm = np.linalg.norm(rows[:, :, 4:], axis=(1, 2)) / np.sqrt(2.0) * pose.scale
-    off = np.sort(length / per_mm)[: max(int(len(length) * SHOWN_WHOLE), 1)]
+    # The page may hide a part of a marker.
+    off = np.sort(length / per_mm)[: max(int(len(length) * NEARLY_ALL), 1)]
     error = float(np.sqrt((off**2).mean()))  # without weights: a card that is not flat must show
     return pose, error, len({marker for _, marker in seen})
 

@@ -15,7 +15,7 @@ from restore.camera.photo_camera import PhotoCamera
 from restore.photogrammetry.align import Similarity, agreeing_markers, triangulate_markers, upright
 from restore.photogrammetry.bundle import Tracks
 from restore.photogrammetry.card import ScaleCard
-from restore.photogrammetry.card_pose import MIN_VIEWS, find_card
+from restore.photogrammetry.card_pose import find_card
 from restore.scan import Floats
 
 ARM_MM = 400.0  # from the camera to the page, where the scale is unknown
@@ -84,7 +84,7 @@ class Model:
         points: (n, 3) mm.
         """
         agreeing = agreeing_markers(self.by_photograph, self.markers)
-        found = triangulate_markers(self.by_photograph, agreeing, MIN_VIEWS)
+        found = triangulate_markers(self.by_photograph, agreeing)
         seen = [
             (number, len(points) + index, agreeing[view][marker])
             for index, marker in enumerate(found)

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from restore.camera.photo_camera import PhotoCamera
-from restore.findings import Finding
+from restore.findings import NOTABLE, Finding
 from restore.photo.orientation import turned_like
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.agreement import card_findings, find_markers, with_blur, without
-from restore.photogrammetry.align import Similarity
+from restore.photogrammetry.align import MIN_VIEWS, Similarity
 from restore.photogrammetry.card import SCALE_CARD, ScaleCard, outline_in
 from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
 from restore.photogrammetry.folded import FoldedSurface
@@ -29,7 +29,7 @@ from restore.photogrammetry.page_boundary_fit import fit_to_edge
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.refined import missed, refined
 from restore.photogrammetry.relief import Relief
-from restore.photogrammetry.sparse import MIN_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
+from restore.photogrammetry.sparse import Progress, SparseModel, check_one_lens, reconstruct
 from restore.photogrammetry.surface import STEP_MM
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats, InterpolatedMesh
@@ -37,7 +37,6 @@ from restore.texture.coverage import distance_to
 
 ENOUGH_VIEWS = 5  # of 1200 × 900: the pages of six triples in ten of them were 0.3 to 2 mm wrong, of one four in five
 MIN_POINTS = 100  # on the page: as few features has a page with half a line of print
-MAX_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
 MIN_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
 MAX_OFF_MM = 0.25  # of that distance: five times that of a wave of 97 mm and 36°, the steepest that was tried
 # Of the area: a page of four creases that was right had 0.004, as vertices near creases are moved onto them; a spread
@@ -242,7 +241,7 @@ def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tup
         found.append(Finding.of("surface_off", distance_mm=report["surface_residual_mm"]))
     if report["excess_area_fraction"] is not None and abs(report["excess_area_fraction"]) > MAX_STRETCH:
         found.append(Finding.of("area_gained", change=report["excess_area_fraction"]))
-    if report["paper_outside_fraction"] > MAX_UNCOVERED:
+    if report["paper_outside_fraction"] > NOTABLE:
         found.append(Finding.of("paper_uncovered", report["paper_outside_fraction"]))
     return tuple(found)
 

@@ -20,9 +20,7 @@ from restore.scan import Floats, Ints, Mask
 
 BASE_STIFFNESS = 1e5  # mm⁴: of the sheet below, whose normals hardly turn from one facet to the next
 NODES = 40_000  # of the lattice: 1.4 mm on A4, where the mesh of an exact page of many facets is right to 0.02 mm
-SUM_STAGES = ((1.0, 6),)
-ALL_STAGES = (*SUM_STAGES, (0.5, 5), (0.0, 6))
-LAST_STAGES = ((0.0, 5),)  # from a relief that is nearly right on
+STAGES = ((1.0, 6), (0.5, 5), (0.0, 6))  # a new relief takes the first, one that is nearly right the last
 UNCREASED = 0.2  # radians, 11°: within a patch that lies on one facet, rounded by noise and lattice
 
 
@@ -153,7 +151,7 @@ def raise_relief(points: Floats, feet: Floats, smooth: Surface) -> Relief:
     step = float(np.sqrt(np.prod(high - low) / NODES))
     cols, rows = (np.floor((high - low) / step).astype(int) + 1).tolist()
     lattice = _lattice(base, low, step, (rows, cols))
-    return Relief(base, low, step, lattice.fitted(feet, _above(base, points, feet), SUM_STAGES))
+    return Relief(base, low, step, lattice.fitted(feet, _above(base, points, feet), STAGES[:1]))
 
 
 def refine_relief(cloud: Cloud, relief: Relief) -> Relief:
@@ -162,9 +160,9 @@ def refine_relief(cloud: Cloud, relief: Relief) -> Relief:
     The cloud is over its base.
     """
     lattice, above = relief.lattice(), _above(relief.base, cloud.points, cloud.feet)
-    heights = lattice.fitted(cloud.feet, above, ALL_STAGES, noise=cloud.noise)
+    heights = lattice.fitted(cloud.feet, above, STAGES, noise=cloud.noise)
     heights = prolonged(lattice, heights, cloud.feet, above, cloud.of_facets, cloud.noise)
-    return replace(relief, heights=lattice.fitted(cloud.feet, above, LAST_STAGES, start=heights, noise=cloud.noise))
+    return replace(relief, heights=lattice.fitted(cloud.feet, above, STAGES[-1:], start=heights, noise=cloud.noise))
 
 
 def _above(base: Surface, points: Floats, feet: Floats) -> Floats:

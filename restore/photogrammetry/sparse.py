@@ -21,6 +21,7 @@ import numpy as np
 from restore.camera.photo_camera import PhotoCamera
 from restore.findings import Finding
 from restore.photo.photograph import Photograph
+from restore.photogrammetry.align import MIN_VIEWS
 from restore.photogrammetry.errors import ExtraMissing, MixedLenses, TooFewViews
 from restore.photogrammetry.sharpness import sharpness
 from restore.runtime.threads import thread_count
@@ -31,11 +32,9 @@ Progress = Callable[[str, float], None]
 SIDE = 1600  # pixels of the longer side in which features are found: the patches measure what cameras need
 FEATURES = 6000  # of a photograph
 SEED = 1  # of the random samples of matching and mapping
-MIN_VIEWS = 3
 PHONE_FOCAL = 0.72  # in widths of the picture: 26 mm in terms of 35 mm film, as most phones have
 SAME_FOCAL = 0.02  # relative; EXIF stores whole millimetres: ±2 % at 26 mm
 MAX_ERROR_PX = 1.5  # reprojection error of a point that is kept, in pixels of the small copy
-MIN_TRACK = 3  # views of such a point
 MIN_TURN_DEG = 4.0  # between the outermost lines of sight of the points, at the median: less, and depth is a guess
 MIN_MATCHES = 30  # between two photographs: fewer agree by chance
 SHARP = 0.15  # of the median contrast of fine detail in the set: below, a photograph was shaken
@@ -224,7 +223,7 @@ def _points(model: Any, ratio: float) -> tuple[Floats, Floats]:
     kept = [
         (*point.xyz, point.error)
         for point in model.points3D.values()
-        if point.error < MAX_ERROR_PX and point.track.length() >= MIN_TRACK
+        if point.error < MAX_ERROR_PX and point.track.length() >= MIN_VIEWS
     ]
     table = np.array(kept).reshape(-1, 4)
     return table[:, :3], table[:, 3] / ratio

@@ -26,7 +26,9 @@ STEPS = 8  # of a search: more have lost their way
 FARTHEST = 12.0  # samples that a patch may be shifted by
 SETTLED = 0.01  # samples
 FACING = 0.25  # cosine of 75°: flatter, a patch is too short to measure
-MIN_VIEWS = 2  # a side that stands upright is seen by half of the cameras, or fewer
+MIN_SIMILAR = 0.75  # correlation: text on the page to a shadow's edge has less
+MIN_SIGMA_PX = 0.02  # standard deviation of a place: less is not to be had of interpolated pixels
+MIN_VIEWS = 2  # that determine a point: a side that stands upright is seen by half of the cameras, or fewer
 
 Picture = NDArray[np.float32]
 

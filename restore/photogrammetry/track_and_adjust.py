@@ -20,16 +20,14 @@ from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import MAJORITY, PageArea, PaperMasks, ground_sample
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.surface import grid_places
-from restore.photogrammetry.track import HALF, Patches, track
+from restore.photogrammetry.track import HALF, MIN_SIGMA_PX, MIN_SIMILAR, Patches, track
 from restore.scan import Floats
 
 COARSE_SIDE = 1600  # pixels of a copy in which patches are as wide as the first surfaces are off, and more
 FINE_SIDE = 2400  # pixels of a copy: finer ones of phones gain nothing, and cost memory
 EDGE_CLEAR_MM = 1.0  # of the middle of a patch from the edge of the page, beyond half its side
 MIN_PATCHES = 50  # found again: a quarter of the points on a page of few features
-MIN_SIMILAR = 0.75  # correlation of a patch: text on the page to a shadow's edge has less
 MAX_SIGMA_PX = 0.5  # standard deviation of a shift on the surface, in pixels of the copy
-MIN_SIGMA_PX = 0.02  # of the same: less is not to be had of interpolated pixels
 CREASED_SPACING = 0.7  # of that on smooth pages: a piece ends with its points, not at its creases
 GROWTH_MM = 12.0  # beyond the area that is known: so far the surface is prolonged well enough to be found again
 

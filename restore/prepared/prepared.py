@@ -17,6 +17,7 @@ from restore.findings import Finding
 from restore.flattening.methods import OnStep
 from restore.mesh.measures import signed_areas, vertex_normals
 from restore.numerics.limits import SINGLE_TINY
+from restore.numerics.robust import MAJORITY
 from restore.outline.rectangle import has_straight_sides, squaring_rotation
 from restore.page import FlatMesh
 from restore.range_image.facets.sheet import Sheet
@@ -27,7 +28,6 @@ from restore.texture.occlusion import viewpoint
 from restore.texture.page import PageMap, Painting, page_map
 
 NO_NOISE = "a mesh has no noise of single rays: give the range image"
-MIN_OVERLAP = 0.7  # correlation of flat and texture positions: one chart explains half of their variance
 
 Clock = Callable[[str], AbstractContextManager[None]]
 # Whether pixels (rows, w) are on the page, from which row of it on → how their shape is known, (rows, w).
@@ -163,7 +163,8 @@ def upright_as_textured(unrolled: Unrolled) -> Unrolled:
         return unrolled
     flat, chart = ((part - part.mean(axis=0)) @ [1.0, 1.0j] for part in (fine.flat, fine.texcoords * [1.0, -1.0]))
     overlap = np.vdot(flat, chart)
-    if abs(overlap) < MIN_OVERLAP * np.linalg.norm(flat) * np.linalg.norm(chart):
+    # One chart explains most of the variance.
+    if abs(overlap) ** 2 < MAJORITY * (np.linalg.norm(flat) * np.linalg.norm(chart)) ** 2:
         return unrolled
     angle = float(np.angle(overlap))
     area = float(signed_areas(fine.flat, fine.faces).sum())

@@ -23,13 +23,13 @@ from restore.mesh.raster import rasterise
 from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
 from restore.page import FlatMesh
-from restore.range_image.facets.sheet import PageOnGrid, Sheet
+from restore.range_image.facets.sheet import WIDEST_STRIDE, PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
 
 SLOPE_STRIDE = 8  # lines of the grid: the mean slope of a page needs no more
-# Samples from node to node. A cell over a crease or a bend is shown as plane: finer lattices err less. Their solution
-# takes as long as they have nodes: a page that fills the picture has as many in either mode of the scanner.
-FINEST_STRIDE, WIDEST_STRIDE = 2, 4
+# Samples from node to node, up to WIDEST_STRIDE. A cell over a crease or a bend is shown as plane: finer lattices err
+# less. Their solution takes as long as they have nodes: a page that fills the picture has as many in either mode.
+FINEST_STRIDE = 2
 NODES = 15_000
 NONLINEAR_MM = 0.005  # as much as the noise of a scan moves the places of a smooth page
 # of an edge: no surface that bends evenly moves the middle farther within a few samples; a crease does

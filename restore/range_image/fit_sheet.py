@@ -15,11 +15,10 @@ from restore.camera.rays import EDGE_BLUR
 from restore.numerics.limits import TINY
 from restore.range_image.border import lost_border
 from restore.range_image.facets.facet_model import PRECISION, WIDE_RADIUS, fit_facets
-from restore.range_image.facets.sheet import Sheet, make_sheet
+from restore.range_image.facets.sheet import WIDEST_STRIDE, Sheet, make_sheet
 from restore.range_image.segmentation.segment import SegmentedScan
 from restore.scan import Floats, Mask, RangeScan
 
-MARGIN = 4  # samples: one cell of the lattices
 MESH_PRECISION = 2e-5  # of the depth: error of linear interpolation between the vertices of a mesh, next to creases
 AFFINE_SUBSET = 7  # every seventh sample determines three unknowns well enough
 
@@ -61,13 +60,15 @@ def measured_inverse_depth(points: Floats, samples: Mask) -> Floats:
 
 
 def _around_page(segmented: SegmentedScan) -> SegmentedScan:
-    """Return the scan around the sheet, MARGIN samples to every side.
+    """Return the scan around the sheet, a cell of the lattices to every side.
 
     At the border of its grid the sheet ends half a sample out. The rest of the scan has no part in the page, and would
     take as long.
     """
     scan, rays, inside = segmented.scan, segmented.rays, segmented.inside
-    spans = [np.flatnonzero(inside.any(axis=1 - axis))[[0, -1]] + (-MARGIN, MARGIN + 1) for axis in (0, 1)]
+    spans = [
+        np.flatnonzero(inside.any(axis=1 - axis))[[0, -1]] + (-WIDEST_STRIDE, WIDEST_STRIDE + 1) for axis in (0, 1)
+    ]
     window = tuple(slice(max(first, 0), last) for first, last in spans)
     beyond = [(max(-first, 0), max(last - size, 0)) for (first, last), size in zip(spans, inside.shape, strict=True)]
 

@@ -14,7 +14,7 @@ from scipy.ndimage import distance_transform_edt
 
 from restore.camera.rays import ASPECT_TOLERANCE, MAX_SCATTER
 from restore.findings import Finding
-from restore.numerics.robust import NEARLY_ALL
+from restore.numerics.robust import MAJORITY, NEARLY_ALL
 from restore.runtime.threads import in_threads
 from restore.scan import Bytes, Floats, Ints, Mask, RangeScan, SurfaceMesh, with_findings
 from restore.vivid import FOCAL_PX, TEXTURE_COLS, TEXTURE_ROWS, WRITTEN_MM
@@ -28,9 +28,6 @@ IMAGE_SIZE = (TEXTURE_COLS, TEXTURE_ROWS)
 MIN_LINES = 4  # rows and columns of a grid
 MAX_LINES = 2048  # beyond the largest range cameras of the scanner's family (1280 × 1024)
 MIN_DEPTH_MM = 1.0  # in front of the lens
-# Fraction of samples that have a right and a lower neighbour: holes and a jagged outline cost a tenth; on half of the
-# true pitch hardly a sample has them after decimation.
-MIN_NEIGHBOURS = 0.6
 MAX_SHARED_CELLS = 0.01  # fraction of vertices in a cell that another vertex has taken
 # Colour and range come from one camera: texture coordinates are an affine function of the grid to within the
 # registration of the two exposures.
@@ -179,9 +176,12 @@ def _assign_vertices(vertices: Floats, cells: Ints) -> Ints | None:
 
 
 def _is_grid(occupied: Mask) -> bool:
-    """True when most samples have a neighbour to the right and one below."""
+    """Return whether most samples have a neighbour to the right and one below.
+
+    Holes and a jagged outline cost a tenth; on half of the true pitch hardly a sample has them after decimation.
+    """
     right, below = occupied[:, 1:] & occupied[:, :-1], occupied[1:] & occupied[:-1]
-    return bool(min(right.sum(), below.sum()) > MIN_NEIGHBOURS * occupied.sum())
+    return bool(min(right.sum(), below.sum()) > MAJORITY * occupied.sum())
 
 
 def _joins_neighbours(cells: Ints, faces: Ints) -> bool:

@@ -11,7 +11,7 @@ from restore.camera.rays import MAX_SLOPE, STEEP, Rays
 from restore.mesh.adjacency import piece_of_faces
 from restore.mesh.clean import select
 from restore.mesh.validate import ValidMesh, validated
-from restore.numerics.robust import OUTLYING, robust_sigma
+from restore.numerics.robust import MAJORITY, OUTLYING, robust_sigma
 from restore.range_image.resample import view_of
 from restore.range_image.segmentation.segment import inverse_depths
 from restore.range_image.segmentation.surface import BORDER_BAND
@@ -20,7 +20,6 @@ from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 from restore.vivid import WRITTEN_MM
 
 HANGS = 0.25  # of the height of its highest vertex: the lowest of a face that hangs from the page to the table
-MIN_BRIDGES = 0.3  # of the faces between page and table: all but where the page touches it; none within a page
 MIN_VIEW = 4 * BORDER_BAND  # samples a side: the border where a table is looked for is three quarters of it
 MIN_OF_TABLE = 3  # vertices or samples that determine its plane
 
@@ -75,7 +74,8 @@ def _is_step(mesh: ValidMesh, kept: Ints, left_out: Mask, slope: Floats) -> bool
     piece = piece_of_faces(kept)
     page = kept[piece == np.bincount(piece).argmax()]
     rim = left_out & np.isin(mesh.faces, page).any(axis=1)
-    return not rim.any() or float((slope[rim] > STEEP).mean()) > MIN_BRIDGES
+    # Between page and table all faces are steep but where the page touches it; none is within a page.
+    return not rim.any() or float((slope[rim] > STEEP).mean()) > MAJORITY
 
 
 def _shown_by(chosen: Mask, vertices: Floats, up: Floats, scan: RangeScan, rays: Rays) -> Mask:

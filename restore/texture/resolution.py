@@ -22,7 +22,7 @@ from restore.runtime.given_later import given_later
 from restore.scan import Bytes, Floats, Ints, Mask
 
 MM_PER_INCH = 25.4
-HALF, LATERAL = 5, 6  # pixels of a window from its middle, across an edge and along it
+HALF = 5  # pixels of a window from its middle, across an edge and along it
 PLATEAU = 3  # pixels from the edge: farther off, the light of a sharp edge is flat
 GRID = 8  # pixels: of so large a square the steepest pixel may be an edge
 TILE = 1024  # pixels of a side that are searched at once
@@ -196,7 +196,7 @@ def _steepest(light: Light, inside: Mask, corner: tuple[int, int]) -> tuple[Ints
 
     With room for a window, and where their light rises.
     """
-    reach = HALF + LATERAL + 1
+    reach = 2 * HALF + 1
     rows, cols = (
         slice(max(start, reach), min(start + TILE, size - reach))
         for start, size in zip(corner, light.shape, strict=True)
@@ -220,7 +220,7 @@ def _isolated(light: Light, places: Ints, turn: Floats) -> tuple[Ints, Floats, F
 
     Of places (n, 2), with its direction and its height.
     """
-    along, across = np.meshgrid(np.linspace(-LATERAL, LATERAL, 5), np.arange(PLATEAU, HALF + 1))
+    along, across = np.meshgrid(np.linspace(-HALF, HALF, 5), np.arange(PLATEAU, HALF + 1))
     sides = []
     for sign in (-1, 1):
         x = np.cos(turn)[:, None] * sign * across.ravel() - np.sin(turn)[:, None] * along.ravel()
@@ -234,12 +234,12 @@ def _isolated(light: Light, places: Ints, turn: Floats) -> tuple[Ints, Floats, F
 
 def _fitted(light: Light, places: Ints, turn: Floats) -> tuple[int, Floats, Floats]:
     """Return how many edges one step explains, with distances and light (k,) of their pixels."""
-    reach = HALF + LATERAL
+    reach = 2 * HALF
     y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
     values = light[places[:, :1] + y, places[:, 1:] + x].astype(float)
     across = np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y
     along = np.cos(turn)[:, None] * y - np.sin(turn)[:, None] * x
-    inside = (np.abs(across) <= HALF) & (np.abs(along) <= LATERAL)
+    inside = (np.abs(across) <= HALF) & (np.abs(along) <= HALF)
     # Three pixels in four lie outside the turned window: those in it come first, and the rest is left out.
     first = np.argsort(~inside, axis=1, kind="stable")[:, : inside.sum(axis=1).max(initial=0)]
     values, across, along, inside = (np.take_along_axis(part, first, 1) for part in (values, across, along, inside))

@@ -10,6 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from restore.numerics.srgb import CONTRAST_PX, DARKEST, NOISE_BLUR_PX
 from restore.runtime.native import load_open3d
 from restore.scan import Floats, RangeScan
 
@@ -17,8 +18,6 @@ MAX_PAIR_DISTANCES = (4.0, 1.7, 1.0)  # samples between corresponding points; th
 NORMAL_RADIUS, NORMAL_NEIGHBOURS = 6.0, 40  # samples round a point from which its normal is estimated
 MAX_SOURCE_POINTS = 18_000  # samples of the view; more do not lower the error, which is that of the fixed grid
 GEOMETRIC_WEIGHT = 0.9  # weight of the surface against the print: the surface alone lets a flat page slide
-PRINT_BLUR_PX, SHADING_BLUR_PX = 1.0, 8.0  # print is finer than light and shadow, and coarser than the sensor's noise
-BLACK_LEVEL = 8.0  # codes: below, the logarithm would be all noise
 MAX_ITERATIONS = 30
 CONVERGED = 1e-7
 
@@ -73,8 +72,8 @@ def _print_contrast(scan: RangeScan) -> Floats:
     Returns (rows, cols), ½ without contrast.
     """
     assert scan.texture is not None
-    codes = np.log(cv2.cvtColor(scan.texture, cv2.COLOR_RGB2GRAY).astype(np.float32) + BLACK_LEVEL)
-    contrast = cv2.GaussianBlur(codes, (0, 0), PRINT_BLUR_PX) - cv2.GaussianBlur(codes, (0, 0), SHADING_BLUR_PX)
+    codes = np.log(cv2.cvtColor(scan.texture, cv2.COLOR_RGB2GRAY).astype(np.float32) + DARKEST)
+    contrast = cv2.GaussianBlur(codes, (0, 0), NOISE_BLUR_PX) - cv2.GaussianBlur(codes, (0, 0), CONTRAST_PX)
     positions = np.nan_to_num(scan.texture_xy, nan=-1.0).astype(np.float32)
     at_samples = cv2.remap(contrast, positions, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(np.clip(0.5 + at_samples, 0.0, 1.0), np.float64)

@@ -3,8 +3,8 @@
 Source: Brown & Seales, "Image restoration of arbitrarily warped documents", TPAMI 2004.
 A unit mass at every vertex falls under gravity to the table. Damped springs along the edges keep the sheet from
 stretching, springs over the hinges keep it from shearing and folding. Explicit Euler steps move the particles; one that
-goes through the table loses most of the normal part of its velocity and keeps the tangential part. Nothing stretches
-the sheet at rest, so that it ends unstretched wherever it came to lie without folds. But nothing pulls it open either:
+goes through the table loses the normal part of its velocity and keeps the tangential part. Nothing stretches the sheet
+at rest, so that it ends unstretched wherever it came to lie without folds. But nothing pulls it open either:
 rolls whose ends stand past upright collapse.
 """
 
@@ -33,7 +33,6 @@ STIFFNESS = 120.0  # 1/s², force on a unit mass per unit of length
 DAMPING = 3.6  # 1/s, along the spring
 BENDING = 0.3  # stiffness and damping of the springs over hinges, as a fraction of those along edges
 DRAG = 1.5  # 1/s, resists all motion: dampers along the springs leave bending and turning undamped
-RESTITUTION = 0.1  # of the speed at which a particle meets the table
 PAGE_SIZE = 240.0  # the constants above belong to a page of about this size; others are scaled to it
 FLAT_HEIGHT = 1e-3  # of the page's size: a sheet that rises less lies flat
 AREA_CHANGE = 1e-7  # relative, in one step; at ten times as much the springs still swing by up to 0.1 mm
@@ -59,7 +58,7 @@ def flatten_springs(
     area, quiet, step = 0.0, 0, 0
     for step in range(1, MAX_STEPS + 1):
         springs(now, velocity, force, network.edges, lengths, hinges, spans, STIFFNESS, DAMPING, BENDING)
-        advance(now, velocity, force, GRAVITY, DRAG, RESTITUTION, TIME_STEP)
+        advance(now, velocity, force, GRAVITY, DRAG, TIME_STEP)
         if follow:
             follow(step, now / scale)
         previous, area = area, surface_area(now, network.faces)
@@ -120,9 +119,7 @@ def _pull(
 
 
 @numba.njit(cache=True)
-def advance(
-    now: Floats, velocity: Floats, force: Floats, gravity: float, drag: float, restitution: float, step: float
-) -> None:
+def advance(now: Floats, velocity: Floats, force: Floats, gravity: float, drag: float, step: float) -> None:
     """Do one explicit Euler step in place.
 
     Positions move by the old velocities, velocities by the old forces, all (n, 3).
@@ -135,4 +132,4 @@ def advance(
         if now[i, 2] < 0.0:
             now[i, 2] = 0.0
             if velocity[i, 2] < 0.0:
-                velocity[i, 2] *= -restitution
+                velocity[i, 2] = 0.0

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from restore.numerics.limits import SINGLE_TINY
 from restore.numerics.robust import MAJORITY, NEARLY_ALL
+from restore.range_image.facets.facet_model import WIDE_RADIUS
 from restore.range_image.facets.sheet import Sheet
 from restore.scan import Mask
 
-DENSE_OVER = 9  # samples: what a facet is fitted to, and a little more
+DENSE_OVER = 2 * WIDE_RADIUS + 1  # samples: what a facet is fitted to
 SMOOTHING = 8.0  # samples, 4 mm: how far the slopes round it are asked then
 SHRINK = 4  # of the grid for that
 

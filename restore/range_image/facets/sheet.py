@@ -23,6 +23,7 @@ from restore.scan import Floats, Ints, Mask, RangeScan
 CREASE_SIGMAS = 1.0
 OWN_SIDE = 0.3  # of the turn at a crease, at most, that one of its sides makes in the step before
 ROUNDS = 3  # of Newton's method: where two parabolas meet
+WIDEST_STRIDE = 4  # samples from node to node of the lattices by which sheets are solved
 
 _distortion_factor = numba.njit(cache=True, inline="always")(distortion_factor)
 

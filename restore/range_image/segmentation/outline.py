@@ -11,9 +11,9 @@ from scipy.ndimage import binary_erosion, binary_fill_holes
 from restore.camera.rays import EDGE_BLUR, STEEP
 from restore.numerics.robust import OUTLYING
 from restore.range_image.segmentation.plane import TablePlane
-from restore.range_image.segmentation.surface import BLOCK
 from restore.scan import Floats, Ints, Mask
 
+STRIP = 6  # samples along the outline of a flat page, on both sides of it
 MIN_SAMPLES = 100  # that determine a plane or a height: of a table of black cloth a tenth is measured
 PAPER_MM = 0.05  # half the thickness of paper of 80 g/m²: dark ink may seem nearer or farther, by less
 MIN_SHEET = 0.05  # of the samples, in one piece; the rest of a page that fills the picture is letters and lines
@@ -83,7 +83,7 @@ def lies_above(page: Mask, table: Mask, plane: TablePlane) -> bool:
     page: (rows, cols).
     """
     inner, outer = (
-        plane.height[samples & _within(other, EDGE_BLUR + BLOCK) & ~_within(other, EDGE_BLUR)]
+        plane.height[samples & _within(other, EDGE_BLUR + STRIP) & ~_within(other, EDGE_BLUR)]
         for samples, other in ((page & plane.samples, ~page), (table, page))
     )
     if min(inner.size, outer.size) < MIN_SAMPLES:

@@ -25,7 +25,7 @@ ANOTHER = 0.25  # of the largest surface: another page or leaf, or the rest of a
 SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the image"
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
 MAX_TOUCHING = 0.04  # of a page's outline on a table of its own colour: the corners of one that is flat elsewhere
-CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
+CLOSING_DIAMETER = 2 * MAX_GAP + 1  # samples: wider than drop-outs, which leave notches in the outline
 MAX_LOST = CLOSING_DIAMETER - 1  # samples in a row that a sheet goes on over: the outline is closed over as many
 # The same next to a table that was measured, where nothing but the sheet can have lost them: across a side that is
 # hollow, by a radius of 25 samples or more, it adds half a sample at most.

@@ -54,7 +54,7 @@ def test_a_side_along_the_rows_is_seen_between_them(plane, part, blur, table):
 
 
 def test_nothing_is_seen_without_a_step(plane):
-    assert found(plane, picture(plane.inside.shape, ROW + 0.3, table=PAPER - 10.0)) is None
+    assert found(plane, picture(plane.inside.shape, ROW + 0.3, table=PAPER - 5.0)) is None
 
 
 def test_nothing_is_seen_beside_print(plane):

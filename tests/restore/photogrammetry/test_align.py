@@ -72,7 +72,7 @@ def test_markers_need_enough_views():
     places = {number: np.array([5.0 * number, 5.0, 0.0]) for number in (2, 4, 6, 7, 9)}
     seen = {k: {m: camera.project(p[None])[0] for m, p in places.items()} for k, camera in views.items()}
     del seen[0][9], seen[1][9]
-    found = triangulate_markers(views, seen, 3)
+    found = triangulate_markers(views, seen)
     assert list(found) == [2, 4, 6, 7]
     np.testing.assert_allclose(found[7], places[7], atol=1e-6)
 
@@ -113,7 +113,7 @@ def test_views_before_which_the_card_was_moved_do_not_agree(moved):
 def test_moved_views_have_no_part_in_the_markers():
     views = around(6)
     still, moved = (
-        triangulate_markers(views, agreeing_markers(views, seen_card(views, which)), 3) for which in ((), (1, 2))
+        triangulate_markers(views, agreeing_markers(views, seen_card(views, which))) for which in ((), (1, 2))
     )
     for marker, point in still.items():
         assert np.linalg.norm(moved[marker] - point) < 3 * NOISE_PX
@@ -123,7 +123,7 @@ def test_a_card_that_lies_elsewhere_in_every_view_is_nowhere():
     views = dict(enumerate(cameras(5)))
     seen = seen_card(views, tuple(views), push_mm=20.0)
     assert views_that_agree(views, seen) == []
-    assert triangulate_markers(views, agreeing_markers(views, seen), 3) == {}
+    assert triangulate_markers(views, agreeing_markers(views, seen)) == {}
 
 
 def test_many_views_are_sampled():

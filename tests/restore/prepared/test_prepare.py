@@ -11,8 +11,8 @@ from restore.mesh.ordered_grid import grid_faces
 from restore.prepared.facet_sheet import FacetSheet
 from restore.prepared.plain_mesh import InterpolatedPage, PlainMesh
 from restore.prepared.prepare import prepare
-from restore.range_image.facets.sheet import Sheet
-from restore.range_image.fit_sheet import MARGIN, fit_sheet
+from restore.range_image.facets.sheet import WIDEST_STRIDE, Sheet
+from restore.range_image.fit_sheet import fit_sheet
 from restore.range_image.segmentation.segment import segment
 from restore.scan import InterpolatedMesh, RangeScan, SurfaceMesh
 
@@ -42,8 +42,8 @@ def sheet(scan) -> Sheet:
 
 
 def on_grid(mask):
-    """Where the prepared sheet has a mask of the scan's grid: round the page and MARGIN samples beyond."""
-    return mask[tuple(slice(span.start - MARGIN, span.stop + MARGIN) for span in PAGE)]
+    """Where the prepared sheet has a mask of the scan's grid: round the page and a cell beyond."""
+    return mask[tuple(slice(span.start - WIDEST_STRIDE, span.stop + WIDEST_STRIDE) for span in PAGE)]
 
 
 def test_the_sheet_is_inside_where_the_page_is_and_its_hole_too(camera, sheet):
@@ -66,7 +66,7 @@ def test_points_lie_on_the_plane_in_the_hole_as_elsewhere(sheet):
 
 def test_texture_positions_are_continued_into_the_hole(sheet):
     rows, cols = np.nonzero(sheet.inside)
-    first = PAGE[1].start - MARGIN, PAGE[0].start - MARGIN
+    first = PAGE[1].start - WIDEST_STRIDE, PAGE[0].start - WIDEST_STRIDE
     wanted = np.stack([cols, rows], axis=1) + first  # the camera here has one texture pixel for each sample
     np.testing.assert_allclose(sheet.pixels[rows, cols], wanted, atol=TEXTURE_PX)
 
@@ -77,9 +77,9 @@ def test_a_sheet_that_fills_the_grid_ends_beyond_it(camera):
     assert rays is not None
     sheet = fit_sheet(segment(scan, rays, scan.measured))
     rows, cols = camera.shape
-    assert sheet.inside.shape == (rows + 2 * MARGIN, cols + 2 * MARGIN)
-    corner = np.array([[MARGIN, MARGIN]])
-    np.testing.assert_allclose(sheet.pixels[MARGIN, MARGIN], [0.0, 0.0], atol=TEXTURE_PX)
+    assert sheet.inside.shape == (rows + 2 * WIDEST_STRIDE, cols + 2 * WIDEST_STRIDE)
+    corner = np.array([[WIDEST_STRIDE, WIDEST_STRIDE]])
+    np.testing.assert_allclose(sheet.pixels[WIDEST_STRIDE, WIDEST_STRIDE], [0.0, 0.0], atol=TEXTURE_PX)
     np.testing.assert_allclose(sheet.points(corner.astype(float))[0], scan.points[0, 0], atol=EXACT_MM)
 
 
