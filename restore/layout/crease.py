@@ -16,9 +16,8 @@ from restore.range_image.facets.sheet import Sheet
 from restore.scan import Floats, Ints
 
 MIXED = 2  # samples on either side of the crease that its facet may have mixed
-SPAN = 2 * WIDE_RADIUS + 1  # samples of each wall that a parabola is fitted to, and rows with common ones: a facet
-MAX_MOVE = 5.0  # samples from the first place: two of a facet's half widths, and the rounding of that place
-HIDDEN = 12  # samples on either side in which the measured walls begin
+SPAN = 2 * WIDE_RADIUS + 1  # samples of each wall that a parabola is fitted to, and rows with common ones: a facet;
+# farther from the first place the walls do not meet
 NEWTON_STEPS = 3  # from the crossing of parabolas to that of cubics: less than a sample in most rows
 
 
@@ -65,10 +64,10 @@ def _hidden(sheet: Sheet, row: Ints, col: Floats) -> float:
 
     In the median of rows (n,): the crease may be anywhere among them.
     """
-    reach = np.arange(-HIDDEN, HIDDEN + 1)
-    at = np.clip(np.rint(col).astype(int)[:, None] + reach, 0, sheet.measured.shape[1] - 1)
+    width = sheet.measured.shape[1]
+    at = np.clip(np.rint(col).astype(int)[:, None] + np.arange(-width, width + 1), 0, width - 1)
     measured = sheet.measured[row[:, None], at]
-    left, right = (np.argmax(measured[:, side], axis=1) for side in (slice(HIDDEN, None, -1), slice(HIDDEN, None)))
+    left, right = (np.argmax(measured[:, side], axis=1) for side in (slice(width, None, -1), slice(width, None)))
     return max(float(np.median(left + right)) - 1.0, 0.0)
 
 
@@ -112,10 +111,10 @@ def _crossings(sheet: Sheet, row: Ints, first: Floats) -> tuple[Floats, Floats]:
     with np.errstate(invalid="ignore", divide="ignore"):
         root = np.sqrt(b * b - 4 * a * c)
         roots = np.stack([2 * c / (-b - root), 2 * c / (-b + root)])
-    roots = np.where(np.abs(roots) <= MAX_MOVE, roots, np.nan)
+    roots = np.where(np.abs(roots) <= SPAN, roots, np.nan)
     at_first = np.where(np.isfinite(roots), np.abs(roots), np.inf).argmin(axis=0)
     crossing = roots[at_first, np.arange(len(row))]
-    return middle + crossing, middle + np.clip(_root_near(crossing, cubics[1] - cubics[0]), -MAX_MOVE, MAX_MOVE)
+    return middle + crossing, middle + np.clip(_root_near(crossing, cubics[1] - cubics[0]), -SPAN, SPAN)
 
 
 def _root_near(at: Floats, coefficients: Floats) -> Floats:

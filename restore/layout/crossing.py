@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.mesh.triangulate import compact
+from restore.numerics.robust import NEARLY_ALL
+from restore.numerics.srgb import DARKEST, NOISE_BLUR_PX
 from restore.page import FlatMesh
 from restore.scan import Bytes, Floats, Mask
 from restore.shading.paper import HUE
@@ -19,13 +21,8 @@ from restore.texture.page import MM_PER_INCH, page_map
 
 DPI = 150.0  # finer than the scanner's own picture
 REACH_MM = 3.0  # on either side of the spine: the narrowest margin of a book is wider
-MIDDLE_MM = 0.6  # on either side that shows neither page: the fold itself, and its place is uncertain
-MARGIN_MM = 4.0  # at head and tail, where the page ends
-BLUR_PX = 1.0  # against the noise of the picture
+MARGIN_MM = 4.0  # at head and tail, where the page ends, and of the height over which the level is averaged
 STEP = 0.02  # change from row to row, of the local level, that print makes and noise does not
-LEVEL_MM = 4.0  # of the height over which the level is averaged
-DARKEST = 12.0  # grey levels: below, the noise is as large as what print leaves
-QUANTILE = 0.9  # of a row: print on a tenth of it counts
 
 
 def print_over_spine(fine: FlatMesh, place: Floats) -> float | None:
@@ -40,7 +37,7 @@ def print_over_spine(fine: FlatMesh, place: Floats) -> float | None:
     if strip is None:
         return None
     known = np.isfinite(strip[..., 0])
-    left, right = (known & (sign * across > MIDDLE_MM) for sign in (-1, 1))
+    left, right = (known & (sign * across > 0) for sign in (-1, 1))
     picture = cv2.remap(fine.texture, np.nan_to_num(strip), None, cv2.INTER_LINEAR)
     paper = _paper_colour(fine)
     printed = [_steps(picture, side) | _coloured(picture, side, paper) for side in (left, right)]
@@ -79,8 +76,8 @@ def _steps(picture: Bytes, side: Mask) -> Mask:
     side: (h, w).
     """
     grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    change = np.abs(cv2.Sobel(cv2.GaussianBlur(grey, (0, 0), BLUR_PX), cv2.CV_32F, 0, 1, ksize=3)) / 8
-    rows = int(LEVEL_MM * DPI / MM_PER_INCH) | 1
+    change = np.abs(cv2.Sobel(cv2.GaussianBlur(grey, (0, 0), NOISE_BLUR_PX), cv2.CV_32F, 0, 1, ksize=3)) / 8
+    rows = int(MARGIN_MM * DPI / MM_PER_INCH) | 1
     level = cv2.blur(np.where(side, grey, 0.0), (1, rows)) / np.maximum(
         cv2.blur(side.astype(np.float64), (1, rows)), 1e-6
     )
@@ -111,7 +108,7 @@ def _quantile(values: Floats) -> Floats:
     # numpy.nanpercentile goes row by row, for a quarter of the time of two leaves.
     count = np.isfinite(values).sum(axis=1)
     ordered, row = np.sort(values, axis=1), np.arange(len(values))
-    place = QUANTILE * np.maximum(count - 1, 0)
+    place = NEARLY_ALL * np.maximum(count - 1, 0)
     below = place.astype(int)
     low, high = ordered[row, below], ordered[row, np.minimum(below + 1, np.maximum(count - 1, 0))]
     return np.where(count > 0, low + (high - low) * (place - below), 0.0)

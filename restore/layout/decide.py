@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from restore.layout.finding import Advice, BookPrior, IsSpine, LayoutFinding
 from restore.layout.spine import Spine
-from restore.numerics.robust import NEARLY_ALL
+from restore.numerics.robust import MAJORITY, NEARLY_ALL
 
 VALLEY_DEG = -15.0  # turn of a gutter, at most; of a page that lies bent for another reason it is less
-SHALLOW_DEG = -8.0  # of a book that lies flat: a valley, and not to be known from a wave
 ARCH_DEG = 1.0  # by which the pages of a book arch back next to it; a folded card is flat there to 0.1
 SPRUNG_DEG = -0.8  # a wave, or the panels of a card that springs open, bend the other way there
 LEAN_DEG = 2.5  # a spine is parallel to the sides of the page, as far as a binder cuts at right angles
-SIGMA_MM = 1.0  # a cut that is placed worse may take letters
-OTHER = (
-    0.35  # of the valley: another valley or ridge of that much is one of the creases of a map, letter or crumpled page
-)
+OVERLAP_MM = 1.0  # of the facing page that each leaf keeps: a cut that is placed worse may take letters
 NO_PRINT, PRINT = 0.002, 0.02  # of the height: between them it is not clear whether print runs over the spine
-STRIP_OF_LEAF = 0.35  # of a leaf of the volume: less is a strip of the facing page
-STRIP_OF_WHOLE = 0.2  # of the whole, where the size of a leaf is not known
+STRIP = 0.35  # of a leaf: less is a strip of the facing page
 
 
 def decide(
@@ -54,12 +49,14 @@ def _is_spine(spine: Spine) -> tuple[IsSpine, str]:
         # A spine runs from head to tail.
         f"the valley runs along {spine.bands:.0%} of the height only": spine.bands < NEARLY_ALL,
         f"the valley leans by {spine.lean_deg:.1f}°": abs(spine.lean_deg) > LEAN_DEG,
-        f"its place is known to {spine.sigma_mm:.1f} mm only": spine.sigma_mm > SIGMA_MM,
+        f"its place is known to {spine.sigma_mm:.1f} mm only": spine.sigma_mm > OVERLAP_MM,
     }
     doubt = next((reason for reason, holds in doubts.items() if holds), "")
-    if spine.turn_deg > SHALLOW_DEG or spine.beyond_deg < SPRUNG_DEG:
+    # A valley half as deep may be of a wave.
+    if spine.turn_deg > MAJORITY * VALLEY_DEG or spine.beyond_deg < SPRUNG_DEG:
         return "no", doubt
-    if spine.other_deg > OTHER * -spine.turn_deg:
+    # Such another valley or ridge is one of the creases of a map, a letter or a crumpled page.
+    if spine.other_deg > MAJORITY * -spine.turn_deg:
         return "no", f"another crease turns by {spine.other_deg:.0f}°"
     if doubt:
         return "unsure", doubt
@@ -76,8 +73,8 @@ def _advice(
     if is_spine == "unsure":
         return "ask", ""
     left, right = widths_mm
-    strip = STRIP_OF_WHOLE * (left + right) if prior is None else STRIP_OF_LEAF * prior.leaf_mm[0]
-    if min(widths_mm) < strip:
+    leaf = (left + right) / 2 if prior is None else prior.leaf_mm[0]
+    if min(widths_mm) < STRIP * leaf:
         return ("left" if left > right else "right"), f"the facing page is a strip of {min(widths_mm):.0f} mm"
     if crossing is not None and crossing > NO_PRINT:
         return "ask", f"print may run over the spine: along {crossing:.1%} of its height"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from restore.findings import Finding
+from restore.layout.crossing import REACH_MM
 from restore.layout.decide import PRINT
 from restore.layout.find import Inspected, inspect
 from restore.layout.finding import Advice, BookPrior, LayoutFinding
@@ -17,7 +18,6 @@ from restore.scan import RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
 
 Layout = Literal["auto", "split", "whole", "left", "right"]
-FORCED_OVERLAP_MM = 3.0  # of a split through print: what is cut is whole on one of the leaves
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +95,8 @@ def _whole(inspected: Inspected, findings: tuple[Finding, ...]) -> Leaves:
 def _split(inspected: Inspected, advice: Advice, overlap_mm: float) -> Leaves:
     finding = inspected.finding
     crosses = finding.crossing is not None and finding.crossing > PRINT
-    overlap = max(overlap_mm, FORCED_OVERLAP_MM) if crosses else overlap_mm
+    # Print that runs over the spine is whole on one of the leaves as far as it was looked for.
+    overlap = max(overlap_mm, REACH_MM) if crosses else overlap_mm
     parts: Mapping[str, SeparateSheet] = split_at_crease(inspected, overlap)
     if advice != "split":
         strip = min(finding.widths_mm or (0.0,))

@@ -18,12 +18,9 @@ from restore.scan import Floats
 
 PER_MM = 2.0  # columns of the tilt map for one millimetre: half a sample of the scanner's fine mode
 BANDS = 12  # across the height; each shows the spine for itself
-WINDOW_MM = 8.0  # left and right of a place, over which the tilt is averaged
+WINDOW_MM = 8.0  # left and right of a place, over which the tilt is averaged, and in which a band has its valley
 NARROW_MM = 3.0  # for the exact place, and of a window that the page's edge cuts: a steep wall turns within so little
-SEARCH_MM = 6.0  # from the place of the whole page to that of one band
-BEYOND_MM = (10.0, 25.0)  # from the spine: where a page arches back
-APART_MM = 30.0  # from the spine: a valley or a ridge there is another crease
-AS_DEEP = 0.6  # of the valley: a band in which it is as deep shows it
+BEYOND_MM = (10.0, 25.0)  # from the spine: where a page arches back; a valley or a ridge beyond is another crease
 
 
 @dataclass(frozen=True)
@@ -76,7 +73,7 @@ def find_spine(tilt: Floats) -> Spine | None:
     places, depths = _place_in_bands(profile, turns, middle)
     height = tilt.shape[0]
     rows = (np.arange(BANDS) + 0.5) * height / BANDS
-    shown = np.isfinite(places) & (depths < AS_DEEP * depth)
+    shown = np.isfinite(places) & (depths < 0)
     if depth >= 0 or shown.sum() < 3:
         return None
     slope, offset = theil_sen(rows[shown], places[shown])
@@ -91,7 +88,7 @@ def find_spine(tilt: Floats) -> Spine | None:
         float(sigma),
         float(np.degrees(depth)),
         float(np.degrees(_mean(whole[(away >= near) & (away <= far)]))),
-        float(np.degrees(np.median([_greatest(band[away > APART_MM]) for band in turns]))),
+        float(np.degrees(np.median([_greatest(band[away > far]) for band in turns]))),
         float(shown.mean()),
         float(np.degrees(np.arctan(slope))),
     )
@@ -125,7 +122,7 @@ def _place_in_bands(profile: Floats, turns: Floats, middle: int) -> tuple[Floats
 
     The place is the border between columns near `middle`, NaN without a valley; the depth is in rad.
     """
-    reach = round(SEARCH_MM * PER_MM)
+    reach = round(WINDOW_MM * PER_MM)
     first = max(middle - reach, 0)
     near = slice(first, middle + reach + 1)
     narrow = turns_of(profile, NARROW_MM)[:, near]

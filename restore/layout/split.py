@@ -8,6 +8,7 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.layout.crease import Crease
+from restore.layout.decide import OVERLAP_MM
 from restore.layout.find import Inspected
 from restore.layout.flattened import FlattenedSheet
 from restore.mesh.raster import rasterise
@@ -16,10 +17,6 @@ from restore.prepared.separate import LeafSpine, SeparateSheet
 from restore.range_image.facets.sheet import Sheet
 from restore.range_image.segmentation.segment import SegmentedScan
 from restore.scan import Floats, Mask, Part
-
-OVERLAP_MM = (
-    1.0  # of the facing page that each leaf keeps: no letter is lost where the spine is placed to a third of it
-)
 
 
 def split_at_crease(inspected: Inspected, overlap_mm: float = OVERLAP_MM) -> dict[str, SeparateSheet]:
