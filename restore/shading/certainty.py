@@ -14,14 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from restore.numerics.limits import SINGLE_TINY
+from restore.numerics.robust import NEVER
 from restore.scan import Floats, Ints
 from restore.shading.light import ROOM, Light, Terms
 from restore.shading.surroundings import Places
 
 STEPS = np.array([1e-3, 1e-3, 1e-6])  # of azimuth, polar angle and nearness for derivatives: single precision bears it
-# Standard deviations of the parameters before anything is seen: strengths as large as the light, lamps anywhere.
-PRIOR_STRENGTH, PRIOR_LAMP = 1.0, np.array([1.0, 1.0, 2e-3])
-CERTAIN, SURE = 2.0, 10.0  # standard errors
+# Standard deviations of lamps before anything is seen: they may be anywhere, and strengths be as large as the light.
+PRIOR_LAMP = np.array([1.0, 1.0, 2e-3])
+CERTAIN = 2.0  # standard errors
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Certainty:
 
         It varies by much more than its error explains.
         """
-        return self.variation > SURE * self.error
+        return self.variation > NEVER * self.error
 
 
 def certainty_of(
@@ -74,7 +75,7 @@ def certainty_of(
 
 def _prior(light: Light) -> Floats:
     """Return the prior standard deviations (p,) of strengths and lamps."""
-    strengths = np.full(ROOM + len(light.lamps), PRIOR_STRENGTH * float(light.level.mean()))
+    strengths = np.full(ROOM + len(light.lamps), float(light.level.mean()))
     return np.concatenate([strengths, *[PRIOR_LAMP] * len(light.lamps)])
 
 

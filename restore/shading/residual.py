@@ -18,10 +18,10 @@ from restore.scan import Floats, Ints, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.regions import MIN_SHARE, NOISE_RANGE, WINDOW, patches_of, relative_noise
 from restore.shading.relief import Field
+from restore.shading.steps import VISIBLE
 from restore.texture.page import MM_PER_INCH
 
 CONTRAST = 0.12  # of the ground: patches nearer to it than this may be where it begins
-SAME = 0.03  # of the ground, in every channel: a patch that differs by less has its colour; ΔE 3 is 5 % of the light
 TINT = 0.06  # of it, from channel to channel: noise of a dim cell stays below
 NEAR_MM, FAR_MM = 6.0, 30.0  # widths of the surface: on the ground, and under figures
 FAR_SHARE = 1e-3  # of the wide surface: it counts only away from the ground
@@ -63,7 +63,7 @@ def residual_light(ratio: Field, normals: Field, inside: Mask, dpi: float) -> Re
         unit = ratio / smooth
         alike = _alike(unit, patches)
         ground = (patches > 0) & alike[patches] & plain & _near(unit, CONTRAST)
-    ground |= (patches == 0) & plain & _near(ratio / smooth, 2 * SAME)
+    ground |= (patches == 0) & plain & _near(ratio / smooth, 2 * VISIBLE)
     return Residual(_surface(ratio, ground, dpi), ground, level)
 
 
@@ -78,7 +78,7 @@ def _core(ratio: Field, patches: Ints) -> Mask:
 def _alike(unit: Field, patches: Ints) -> Mask:
     """Return whether each patch has the colour 1 in all channels, (n,)."""
     _, means = _means(unit, patches)
-    return np.asarray((np.abs(means - 1) < SAME).all(axis=1))
+    return np.asarray((np.abs(means - 1) < VISIBLE).all(axis=1))
 
 
 def _means(field: Field, patches: Ints) -> tuple[Floats, Floats]:

@@ -27,7 +27,7 @@ from restore.shading.relief import Field
 BLUR = 1.0  # cells: steps are drawn so wide before they are sharpened, so that their stairs from cell to cell are gone
 CELL = 1 / 12  # cells²: variance of the area of a cell
 REACH = 3  # cells to either side, where a step so blurred has ended
-VISIBLE = 0.03  # of the light, ΔE 1: a smaller step is not seen
+VISIBLE = 0.03  # of the light, ΔE 1 to 2: a smaller difference is not seen
 NEAREST = 0.25  # of the change: what is nearer to one end of it belongs to that side
 FARTHEST = float(ndtri(0.997))  # widths: the blurred light does not resolve longer distances
 DISPLACED = 1.0  # cells, standard deviation: half a sample of the range grid, and as much between shape and picture
@@ -111,9 +111,7 @@ def place_steps(steps: Steps, ratio: Field, ground: Mask) -> Steps:
     noise = max(robust_sigma(_of(ratio, plain) / _of(level, plain) - 1), SINGLE_TINY)
     blurred, contrast, place, seen = (_of(field, at) for field in (level, total_of(steps.contrast), steps.place, ratio))
     shown = _Shown(at, level.shape[1], blurred, contrast, place, seen, np.hypot(noise, UNLIKE * contrast / blurred))
-    unknowns = shown.solved(shown.nearest(), 0.0, (DISPLACED, SPREAD), ALONG)
-    # A camera whose pixels are as large as the cells draws a straight step with stairs of up to half of one.
-    unknowns = shown.solved(unknowns, unknowns, (SPREAD, SPREAD), 1)
+    unknowns = shown.solved()
     shift, width = np.zeros_like(steps.shift), np.full_like(steps.width, WIDTH)
     shift.ravel()[at], width.ravel()[at] = unknowns[0], WIDTH * np.exp(unknowns[1])
     return replace(steps, shift=shift, width=width)
@@ -162,49 +160,42 @@ class _Shown:
         for shift in np.arange(-CERTAIN, CERTAIN + TRIED, TRIED) * DISPLACED:
             light, _ = self.light(shift, 0.0)
             rest = np.minimum(np.abs(self.seen / light - 1) / self.noise, SIGNIFICANT)
-            cost = self.summed(rest * rest, ALONG) + (shift / DISPLACED) ** 2
+            cost = self.summed(rest * rest) + (shift / DISPLACED) ** 2
             best[0], least = np.where(cost < least, shift, best[0]), np.minimum(cost, least)
         return best
 
-    def solved(self, unknowns: Floats, expected: Floats | float, deviations: tuple[float, float], along: int) -> Floats:
+    def solved(self) -> Floats:
         """Return displacement and log width of steps, (2, n).
 
-        The logarithm is of the width over WIDTH. They maximise their posterior density, if they are as expected (2, n)
-        within some standard deviations, and alike within some cells along.
+        The logarithm is of the width over WIDTH. They maximise their posterior density, if they are alike within ALONG.
         """
+        unknowns = self.nearest()
         for _ in range(ROUNDS):
-            unknowns = expected + self._step(unknowns, expected, deviations, along)
+            unknowns = self._step(unknowns)
         return unknowns
 
-    def _step(self, unknowns: Floats, expected: Floats | float, deviations: tuple[float, float], along: int) -> Floats:
-        """Return the linearised step (2, n) of the unknowns from the expected.
-
-        By the cells that they explain.
-        """
+    def _step(self, unknowns: Floats) -> Floats:
+        """Return the linearised solution (2, n) from the unknowns of the step before."""
         shift, spread = unknowns
         light, distance = self.light(shift, spread)
         rest = self.seen / light - 1
         slope = -self.contrast * np.exp(-distance * distance / 2) / np.sqrt(2 * np.pi) / light / self.noise
         slope *= np.abs(rest) < SIGNIFICANT * self.noise
         by_shift, by_spread = slope / (WIDTH * np.exp(spread)), slope * distance
-        off, wider = unknowns - expected
-        rest = rest / self.noise + by_shift * off + by_spread * wider
+        rest = rest / self.noise + by_shift * shift + by_spread * spread
         one, other = (
-            self.summed(by * by, along) + 1 / deviation**2
-            for by, deviation in zip((by_shift, by_spread), deviations, strict=True)
+            self.summed(by * by) + 1 / deviation**2
+            for by, deviation in zip((by_shift, by_spread), (DISPLACED, SPREAD), strict=True)
         )
-        both, left, right = (self.summed(by, along) for by in (by_shift * by_spread, by_shift * rest, by_spread * rest))
+        both, left, right = (self.summed(by) for by in (by_shift * by_spread, by_shift * rest, by_spread * rest))
         determinant = one * other - both * both
         solved = (other * left - both * right) / determinant, (one * right - both * left) / determinant
-        most = CERTAIN * np.array(deviations)[:, None]
+        most = CERTAIN * np.array([[DISPLACED], [SPREAD]])
         return np.asarray(np.clip(np.stack(solved), -most, most))
 
-    def summed(self, values: Floats, along: int) -> Floats:
-        """Return sums (n,) of values (n,) over neighbouring cells.
-
-        along: reach of the neighbours.
-        """
-        (row, col), side = self._within, 2 * along + 1
+    def summed(self, values: Floats) -> Floats:
+        """Return sums (n,) of values (n,) over the neighbours within ALONG."""
+        (row, col), side = self._within, 2 * ALONG + 1
         field = np.zeros((row.max() + 1, col.max() + 1), np.float32)
         field[row, col] = values
         sums = cv2.boxFilter(field, -1, (side, side), normalize=False, borderType=cv2.BORDER_CONSTANT)
@@ -244,8 +235,6 @@ def _sides(light: Field, total: Field, blurred: Field, some: Mask, first: int, c
                         counts[side] += 1
                         for k in range(3):
                             sums[side, k] += colours[i, j, k]
-            if counts.min() < REACH:
-                continue
             rise, floor = 0.0, 0.0
             for k in range(3):
                 dark = sums[0, k] / counts[0]
