@@ -11,11 +11,10 @@ import numpy as np
 
 from restore.numerics.lines import MIN_POINTS, theil_sen
 from restore.numerics.robust import MAJORITY, OUTLYING, robust_sigma
-from restore.range_image.facets.facet_model import WIDE_RADIUS
+from restore.range_image.facets.facet_model import NARROW_RADIUS, WIDE_RADIUS
 from restore.range_image.facets.sheet import Sheet
 from restore.scan import Floats, Ints
 
-MIXED = 2  # samples on either side of the crease that its facet may have mixed
 SPAN = 2 * WIDE_RADIUS + 1  # samples of each wall that a parabola is fitted to, and rows with common ones: a facet;
 # farther from the first place the walls do not meet
 NEWTON_STEPS = 3  # from the crossing of parabolas to that of cubics: less than a sample in most rows
@@ -96,7 +95,7 @@ def _crossings(sheet: Sheet, row: Ints, first: Floats) -> tuple[Floats, Floats]:
     """
     depth = sheet.planes[..., 0]
     middle = np.rint(first).astype(int)
-    steps = MIXED + np.arange(SPAN)
+    steps = NARROW_RADIUS + np.arange(SPAN)  # nearer, the narrowest facet may have mixed both walls
     walls, cubics = [], []
     for sign in (-1, 1):
         at = middle[:, None] + sign * steps

@@ -8,7 +8,6 @@ from restore.numerics.robust import MAJORITY, NEARLY_ALL
 
 VALLEY_DEG = -15.0  # turn of a gutter, at most; of a page that lies bent for another reason it is less
 ARCH_DEG = 1.0  # by which the pages of a book arch back next to it; a folded card is flat there to 0.1
-SPRUNG_DEG = -0.8  # a wave, or the panels of a card that springs open, bend the other way there
 LEAN_DEG = 2.5  # a spine is parallel to the sides of the page, as far as a binder cuts at right angles
 OVERLAP_MM = 1.0  # of the facing page that each leaf keeps: a cut that is placed worse may take letters
 NO_PRINT, PRINT = 0.002, 0.02  # of the height: between them it is not clear whether print runs over the spine
@@ -52,8 +51,8 @@ def _is_spine(spine: Spine) -> tuple[IsSpine, str]:
         f"its place is known to {spine.sigma_mm:.1f} mm only": spine.sigma_mm > OVERLAP_MM,
     }
     doubt = next((reason for reason, holds in doubts.items() if holds), "")
-    # A valley half as deep may be of a wave.
-    if spine.turn_deg > MAJORITY * VALLEY_DEG or spine.beyond_deg < SPRUNG_DEG:
+    # The valley of a wave may be half as deep. Its sides bend the other way, as those of a card that springs open do.
+    if spine.turn_deg > MAJORITY * VALLEY_DEG or spine.beyond_deg < -MAJORITY * ARCH_DEG:
         return "no", doubt
     # Such another valley or ridge is one of the creases of a map, a letter or a crumpled page.
     if spine.other_deg > MAJORITY * -spine.turn_deg:

@@ -14,7 +14,9 @@ import numpy as np
 
 from restore.camera.photo_camera import PhotoCamera
 from restore.findings import Finding
+from restore.numerics.robust import MAJORITY
 from restore.photo.photograph import Photograph
+from restore.photo.pose import FOCAL_SPREAD
 from restore.photogrammetry.align import MIN_MARKERS, MIN_VIEWS, views_that_agree
 from restore.photogrammetry.bundle import ROUGHLY, Adjusted, Tracks, adjust
 from restore.photogrammetry.card import ScaleCard, detect_markers
@@ -25,10 +27,8 @@ from restore.scan import Bytes, Floats, Ints, Mask
 
 MIN_SHARE = 0.3  # of the patches that most views show: half a page under a hand leaves more
 MAX_RATIO = 4.0  # of a view's residuals to most views', each over its own uncertainty
-FREE = 0.3  # standard deviation of a focal length of which nothing is known, relative
-FREE_SHIFT = 0.05  # the same of a principal point, in widths of the picture
+FREE_SHIFT = 0.05  # standard deviation of a principal point of which nothing is known, in widths of the picture
 SAME_CENTRE = 0.01  # of the width: stabilisation shifts a principal point by a tenth of it
-EXPLAINED = 0.7  # of a view's residuals that are left once its focal length or principal point is free, if that was it
 MAX_CARD_MM = 0.3  # rms of the markers about the flat card: ten times what they are off in five views
 WRONG_CARD_MM = 1.0  # a strip of paper that is not flat bends by that much; beyond, the cameras are wrong
 
@@ -62,7 +62,10 @@ def check_optics(adjusted: Adjusted, tracks: Tracks, views: Sequence[int]) -> No
     whichever of the two explains them better.
     """
     start = adjusted.cameras, adjusted.points, tracks
-    freed = adjust(*start, breathing=FREE, settled=ROUGHLY), adjust(*start, shifting=FREE_SHIFT, settled=ROUGHLY)
+    freed = (
+        adjust(*start, breathing=FOCAL_SPREAD, settled=ROUGHLY),
+        adjust(*start, shifting=FREE_SHIFT, settled=ROUGHLY),
+    )
     better = min(freed, key=lambda one: one.sigma0)
     before, after = (_medians(one.residuals, tracks.sigma, tracks.view, len(views)) for one in (adjusted, better))
     lenses = np.stack([camera.vector[6:9] for camera in better.cameras])
@@ -70,7 +73,8 @@ def check_optics(adjusted: Adjusted, tracks: Tracks, views: Sequence[int]) -> No
     by = np.expm1(longer - np.median(longer))
     off = np.linalg.norm(lenses[:, 1:] - np.median(lenses[:, 1:], axis=0), axis=1) / better.cameras[0].size[0]
     apart = {}
-    for row in np.flatnonzero(after < EXPLAINED * before).tolist():
+    # If that was it, most of its residuals are gone.
+    for row in np.flatnonzero(after < MAJORITY * before).tolist():
         if abs(by[row]) > SAME_FOCAL:
             apart[views[row]] = Finding.of("zoomed", change=by[row])
         elif off[row] > SAME_CENTRE:

@@ -23,8 +23,7 @@ from restore.scan import Floats, Ints
 OWN = 9  # unknowns of a view: rotation 3, translation 3, focal length as a logarithm, principal point 2
 LENS = 6  # where the parameters of the lens begin in a camera's vector
 SHARED = 8  # of the lens: focal length as a logarithm, principal point 2, k1, k2, p1, p2, k3
-BREATHING = 5e-4  # standard deviation of a view's focal length about the lens's, relative: autofocus on one page
-SHIFTING = 5e-4  # of its principal point, in widths of the picture
+PLAY = 5e-4  # of a lens: standard deviation of its focal length, relative, and of its centre, in widths, on one page
 K3_PRIOR = 0.1  # lenses other than fisheyes have no more; without, k3 and k2 run away together
 ITERATIONS = 12
 SETTLED = 1e-5  # relative gain of a step
@@ -98,8 +97,8 @@ def adjust(
     points: Floats,
     tracks: Tracks,
     *,
-    breathing: float = BREATHING,
-    shifting: float = SHIFTING,
+    breathing: float = PLAY,
+    shifting: float = PLAY,
     settled: float = SETTLED,
 ) -> Adjusted:
     """Adjust cameras of one lens and points (n, 3) to their tracks.

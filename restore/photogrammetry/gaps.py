@@ -8,26 +8,22 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from restore.numerics.robust import OUTLYING
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea, ground_sample
 from restore.photogrammetry.relief import Cloud, Relief
 from restore.photogrammetry.surface import grid_places
 from restore.photogrammetry.sweep import sweep
-from restore.photogrammetry.track import Patches, Picture
+from restore.photogrammetry.track import MIN_SIMILAR, Patches, Picture
 from restore.scan import Floats, Mask
 
-SPACING_MM = 1.2  # of the places that are tried: a third of a patch
-GAP_MM = 1.0  # from all tracked points, which are ten times as exact
+SPACING_MM = 1.2  # of the places that are tried, and from all tracked points: a third of a patch
 EDGE_CLEAR_MM = 3.0  # of the middle of a patch from the edge of the page
 SAMPLE = 0.9  # pixels of the photographs to a sample of a patch
 REACH_MM = 6.0  # above and below: as far as narrow facets are cut off
 STEP_MM = 0.15  # of the heights that are tried: a quarter of a pixel where lines of sight are 60° apart
 NOISE_MM = 0.06  # of a height: measured on simulated sheets, three in four are within it
-MIN_ALIKE = 0.75  # mean correlation of two views
-MAX_SIGMA_MM = 0.08
 NEIGHBOURS = 5
-MAX_OFF_MM = 0.3  # from the median of its neighbours' heights
-FARTHEST = 3.0  # spacings to the neighbour in the middle of them: a height that stands alone is not trusted
 
 
 def fill_gaps(greys: Picture, model: Model, relief: Relief, area: PageArea, feet: Floats) -> Cloud:
@@ -40,12 +36,12 @@ def fill_gaps(greys: Picture, model: Model, relief: Relief, area: PageArea, feet
     low, high = area.bounds
     places = grid_places(low, high, SPACING_MM)
     places = places[area.contains(places, EDGE_CLEAR_MM)]
-    places = places[cKDTree(feet).query(places)[0] > GAP_MM]
+    places = places[cKDTree(feet).query(places)[0] > SPACING_MM]
     patches = Patches(*relief.frames(places))
     pixel = ground_sample(model.cameras, relief.points((low + high)[None] / 2))
     offsets = np.arange(-REACH_MM, REACH_MM + STEP_MM / 2, STEP_MM)
     heights, sigma, alike = sweep(greys, model.cameras, patches, SAMPLE * pixel, offsets)
-    good = (alike > MIN_ALIKE) & (sigma < MAX_SIGMA_MM)
+    good = (alike > MIN_SIMILAR) & (sigma < NOISE_MM)
     good[good] = _among_neighbours(places[good], heights[good])
     points = patches.points[good] + heights[good, None] * patches.normals[good]
     return Cloud.of(points, relief.feet(points, places[good]), NOISE_MM)
@@ -58,6 +54,5 @@ def _among_neighbours(places: Floats, heights: Floats) -> Mask:
     """
     if len(places) <= NEIGHBOURS:
         return np.zeros(len(places), bool)
-    distance, index = cKDTree(places).query(places, NEIGHBOURS + 1)
-    near = distance[:, NEIGHBOURS // 2 + 1] < FARTHEST * SPACING_MM
-    return np.asarray(near & (np.abs(heights - np.median(heights[index[:, 1:]], axis=1)) < MAX_OFF_MM))
+    _, index = cKDTree(places).query(places, NEIGHBOURS + 1)
+    return np.asarray(np.abs(heights - np.median(heights[index[:, 1:]], axis=1)) < OUTLYING * NOISE_MM)

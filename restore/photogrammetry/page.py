@@ -20,6 +20,7 @@ from restore.camera.photo_camera import PhotoCamera
 from restore.mesh.raster import rasterise
 from restore.numerics.limits import TINY
 from restore.photogrammetry.page_surface import PageSurface
+from restore.photogrammetry.track import MIN_VIEWS
 from restore.scan import Bytes, Floats, Ints, Mask
 
 MASK_SIDE = 640  # pixels of the longer side: 0.7 mm on a page that fills most of the picture
@@ -31,8 +32,6 @@ CUT = np.ones((7, 7), np.uint8)  # pixels: as far as the mask is changed next to
 CARD_MARGIN = 1.03  # by which the card is drawn larger than it is
 SURE = 0.8  # of the views that show a point call it paper
 MAJORITY = 0.6
-MIN_VIEWS = 3
-MIN_FACING = 2  # of the cameras see the front of a side that stands upright
 GRAZING = 0.1  # cosine of the angle of a line of sight to the normal: flatter, a pixel of a mask is a centimetre
 CELL_MM = 1.0  # of the map in which the page's area is connected
 OPENING = 2  # cells: bridges to what else is bright are as narrow
@@ -252,7 +251,7 @@ def area_of_votes(
     x, y = (np.arange(start + CELL_MM / 2, end, CELL_MM) for start, end in zip(low, high, strict=True))
     places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     fraction, count = masks.votes(cameras, surface.points(places), surface.normals(places))
-    paper = ((fraction > MAJORITY) & (count >= MIN_FACING)).reshape(len(y), len(x))
+    paper = ((fraction > MAJORITY) & (count >= MIN_VIEWS)).reshape(len(y), len(x))
     paper = ndimage.binary_opening(paper, iterations=OPENING)
     # Padded: closing would otherwise take from the border.
     paper = ndimage.binary_closing(np.pad(paper, CLOSING), iterations=CLOSING)[CLOSING:-CLOSING, CLOSING:-CLOSING]

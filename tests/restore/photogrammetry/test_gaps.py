@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oracles.table_cameras import cameras, mottled, on_plane, picture
-from restore.photogrammetry.gaps import GAP_MM, NOISE_MM, fill_gaps
+from restore.photogrammetry.gaps import NOISE_MM, SPACING_MM, fill_gaps
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea
 from restore.photogrammetry.relief import Relief
@@ -50,4 +50,4 @@ def test_nothing_is_measured_where_there_is_nothing(filled):
 
 
 def test_tracked_points_are_exact_enough(filled):
-    assert np.linalg.norm(filled.feet[:, None] - TRACKED, axis=2).min() > GAP_MM - 0.05
+    assert np.linalg.norm(filled.feet[:, None] - TRACKED, axis=2).min() > SPACING_MM - 0.05
