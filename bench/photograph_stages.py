@@ -1,11 +1,11 @@
-"""`python -m bench.photograph_stages [--seed S] [--width 4000] [--views 10] [--folder F]`: what a set costs.
+"""`python -m bench.photograph_stages [--sheet wave] [--seed S] [--width 4000] [--views 10] [--folder F]`: its cost.
 
-Photographs of a printed page that is bent to a wave are taken in the simulated world and written as JPEG files, or are
-those of a folder. A process of its own reads them and restores the page at 150 dpi, after a set of small ones that has
-compiled what there is to compile. For each stage the seconds by the clock and by the processors are printed, and the
-peak of the process's memory up to its end; then how right the page is, and how finely it is resolved when it is painted
-at 400 dpi: the effective pixels per inch of its own edges beside those that the edges in the photographs have there
-(ISO 12233). The clock tells something only where nothing else runs.
+Photographs of a printed page, a kind of `bench.photographs`, are taken in the simulated world and written as JPEG
+files, or are those of a folder. A process of its own reads them and restores the page at 150 dpi, after a set of small
+ones that has compiled what there is to compile. For each stage the seconds by the clock and by the processors are
+printed, and the peak of the process's memory up to its end; then how right the page is, and how finely it is resolved
+when it is painted at 400 dpi: the effective pixels per inch of its own edges beside those that the edges in the
+photographs have there (ISO 12233). The clock tells something only where nothing else runs.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ import numpy as np
 
 from bench.draws import seed_of_today
 from bench.memory import status_mb
-from bench.photographs import compared, photographed
-from drivers.simulated import Curl, Wave
+from bench.photographs import SHEETS, compared, photographed
+from drivers.simulated import Curl
 from oracles.markers import rigid_residual
 from oracles.simulation.photographs import PhotographSet, Shots, views_from
 from restore import RestoredPage, Settings, reconstruct_page, restore
@@ -51,16 +51,15 @@ class Stages:
         self.before, self.running = now, "between" if done >= 1.0 else stage
 
 
-def main(seed: int | None, width: int, views: int, folder: Path | None) -> None:
+def main(sheet: str, seed: int | None, width: int, views: int, folder: Path | None) -> None:
     """Print a line for each stage, the total, and how right and how fine the page is."""
     if folder is not None:
         _measure(sorted(folder.iterdir()))
         return
     seed = seed or seed_of_today()
-    rng = np.random.default_rng(seed)
-    wave = Wave(slope_deg=rng.uniform(15, 38), wavelength_mm=rng.uniform(90, 200))
-    print(f"{views} photographs of {width} × {width * 3 // 4}, seed {seed}")
-    taken = photographed(wave, seed, views, Shots(size=(width, width * 3 // 4)))
+    drawn = SHEETS[sheet].draw(np.random.default_rng(seed))
+    print(f"{sheet}: {views} photographs of {width} × {width * 3 // 4}, seed {seed}")
+    taken = photographed(drawn, seed, views, Shots(size=(width, width * 3 // 4)))
     with tempfile.TemporaryDirectory(prefix="planish-") as name:
         paths = _saved(taken, Path(name) / "set")
         page, names = _measure(paths)
@@ -111,9 +110,10 @@ def _restored(paths: list[Path], stages: Stages) -> tuple[PhotographedPage, Rest
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sheet", choices=tuple(SHEETS), default="wave")
     parser.add_argument("--seed", type=int)
     parser.add_argument("--width", type=int, default=4000)
     parser.add_argument("--views", type=int, default=10)
     parser.add_argument("--folder", type=Path, help="photographs to use instead of simulated ones")
     options = parser.parse_args()
-    main(options.seed, options.width, options.views, options.folder)
+    main(options.sheet, options.seed, options.width, options.views, options.folder)
