@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from restore.numerics.robust import OUTLYING
+from restore.numerics.robust import NEVER, OUTLYING
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea, ground_sample
 from restore.photogrammetry.relief import Cloud, Relief
@@ -41,7 +41,7 @@ def fill_gaps(greys: Picture, model: Model, relief: Relief, area: PageArea, feet
     pixel = ground_sample(model.cameras, relief.points((low + high)[None] / 2))
     offsets = np.arange(-REACH_MM, REACH_MM + STEP_MM / 2, STEP_MM)
     heights, sigma, alike = sweep(greys, model.cameras, patches, SAMPLE * pixel, offsets)
-    good = (alike > MIN_SIMILAR) & (sigma < NOISE_MM)
+    good = (alike > MIN_SIMILAR) & (sigma < OUTLYING * NOISE_MM)
     good[good] = _among_neighbours(places[good], heights[good])
     points = patches.points[good] + heights[good, None] * patches.normals[good]
     return Cloud.of(points, relief.feet(points, places[good]), NOISE_MM)
@@ -55,4 +55,4 @@ def _among_neighbours(places: Floats, heights: Floats) -> Mask:
     if len(places) <= NEIGHBOURS:
         return np.zeros(len(places), bool)
     _, index = cKDTree(places).query(places, NEIGHBOURS + 1)
-    return np.asarray(np.abs(heights - np.median(heights[index[:, 1:]], axis=1)) < OUTLYING * NOISE_MM)
+    return np.asarray(np.abs(heights - np.median(heights[index[:, 1:]], axis=1)) < NEVER * NOISE_MM)

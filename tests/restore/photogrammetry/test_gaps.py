@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oracles.table_cameras import cameras, mottled, on_plane, picture
-from restore.photogrammetry.gaps import NOISE_MM, SPACING_MM, fill_gaps
+from restore.photogrammetry.gaps import NOISE_MM, SPACING_MM, _among_neighbours, fill_gaps
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea
 from restore.photogrammetry.relief import Relief
@@ -51,3 +51,10 @@ def test_nothing_is_measured_where_there_is_nothing(filled):
 
 def test_tracked_points_are_exact_enough(filled):
     assert np.linalg.norm(filled.feet[:, None] - TRACKED, axis=2).min() > SPACING_MM - 0.05
+
+
+def test_heights_that_a_crease_parts_are_kept_and_a_blunder_is_not():
+    places = SPACING_MM * np.stack(np.meshgrid(np.arange(7.0), np.arange(7.0)), axis=-1).reshape(-1, 2)
+    heights = np.where(places[:, 0] > 3.5 * SPACING_MM, 7 * NOISE_MM, 0.0)
+    heights[10] = 30 * NOISE_MM
+    np.testing.assert_array_equal(_among_neighbours(places, heights), np.arange(len(places)) != 10)
