@@ -174,6 +174,7 @@ BY_PLACE = {
         "photogrammetry/card_pose": "STEPS",
         "photogrammetry/crease": "LATTICE_MM STRIP_MM DIRECTIONS REFINEMENTS",
         "photogrammetry/folded": "FILLINGS MEETING_STEPS",
+        "photogrammetry/gutter": "STEP_MM",
         "photogrammetry/mesh": "VERTICES",
         "photogrammetry/page": "MASK_SIDE",
         "photogrammetry/refined": "MAX_GROWTHS ROUND_SETTLED_MM",

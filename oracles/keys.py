@@ -269,6 +269,7 @@ KEYS: Mapping[str, Key] = {
     "paper_outside_fraction": Key("number", "1", "fraction of the paper beyond the page", GRAMMETRY),
     "surface_residual_mm": Key("number", "mm", "distance that one point in ten exceeds", GRAMMETRY),
     "excess_area_fraction": Key("number|null", "1", "area that paper cannot have", GRAMMETRY),
+    "gutter_width_range_mm": Key("number|null", "mm", "of the strip across a spine, from row to row", GRAMMETRY),
     "shape": Key("text", "", "smooth, pieces or facets", GRAMMETRY),
     "stiffness_mm4": Key("number|null", "mm⁴", "stiffness of the smooth surface", GRAMMETRY),
     "smooth_pieces": Key("number|null", "", "smooth pieces between creases", GRAMMETRY),

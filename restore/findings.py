@@ -269,6 +269,11 @@ CODES: Mapping[str, Code] = {
         "the surface has {change:+.1%} of area that paper cannot have: it is torn or doubled next to a "
         "crease, and the page's size is not reliable. Photograph the creases from both sides",
     ),
+    "gutter_uneven": Code(
+        "doubt",
+        "the strip across the spine is {distance_mm:.1f} mm wider in some rows than in others: its shape was not "
+        "found, and the page's size is not reliable. Photograph the spine from both sides",
+    ),
     "paper_uncovered": Code(
         "warning",
         "{share:.0%} of the paper in the photographs is not on the restored page: its sides are too steep for "

@@ -40,6 +40,8 @@ PAIRS = 6  # of points on either side that determine the direction of a crease
 MIN_CREASE = 0.12  # radians, 7°: pieces that meet at less are one
 MIN_SHARE = 0.08  # of the points: a page folded in three both ways has facets of 0.11
 MIN_COVERED = 0.8  # of the points, by pieces as large
+CREASE_MM = 20.0  # from a crease: as far as the gutter of a book bends
+GUTTER_MM = PROLONGED_MM + CREASE_MM  # from the print behind a crease: there the crease may be as far before it
 MEETING_STEPS = 5  # of Newton's method to a crease
 MIN_MEETING = 0.1  # of the largest singular value: pieces that meet at less than 11° leave the place along them open
 

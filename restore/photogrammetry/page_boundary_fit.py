@@ -10,7 +10,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from restore.photogrammetry.boundary_gaps import SPACING_MM
-from restore.photogrammetry.folded import FoldedSurface, refold
+from restore.photogrammetry.folded import CREASE_MM, FoldedSurface, refold
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import CardInView, PaperMasks, inside_polygon, without_card
 from restore.photogrammetry.page_boundary import Edge, find_edge
@@ -22,7 +22,6 @@ from restore.scan import Floats, Ints
 
 RIM_NOISE_MM = 0.1  # of the page's edge: a third of a pixel, and fibres
 BRIDGE_NOISE_MM = 0.3  # of the edge between what is measured: a margin that is prolonged beyond a crease is off by more
-CREASE_MM = 20.0  # of the edge next to a crease: as far as the gutter of a book bends
 CREASE_COUNT = 5  # ends of two lines of a ruled sheet, against the rows of print on the rest of each
 
 

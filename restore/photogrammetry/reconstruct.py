@@ -22,12 +22,13 @@ from restore.photogrammetry.align import MIN_VIEWS, Similarity
 from restore.photogrammetry.card import SCALE_CARD, ScaleCard, outline_in
 from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
 from restore.photogrammetry.folded import FoldedSurface
+from restore.photogrammetry.gutter import widths_across
 from restore.photogrammetry.mesh import mesh_within, stretch
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import CardInView, PaperMasks, find_paper, on_page
 from restore.photogrammetry.page_boundary_fit import fit_to_edge
 from restore.photogrammetry.page_surface import PageSurface
-from restore.photogrammetry.refined import missed, refined
+from restore.photogrammetry.refined import MISSED_SHARE, missed, refined
 from restore.photogrammetry.relief import Relief
 from restore.photogrammetry.sparse import Progress, SparseModel, check_one_lens, reconstruct
 from restore.photogrammetry.surface import STEP_MM
@@ -38,7 +39,7 @@ from restore.texture.coverage import distance_to
 ENOUGH_VIEWS = 5  # of 1200 × 900: the pages of six triples in ten of them were 0.3 to 2 mm wrong, of one four in five
 MIN_POINTS = 100  # on the page: as few features has a page with half a line of print
 MIN_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
-MAX_OFF_MM = 0.25  # of that distance: five times that of a wave of 97 mm and 36°, the steepest that was tried
+MAX_OFF_MM = 0.25  # of such distances: five times that of a wave of 97 mm and 36°, the steepest that was tried
 # Of the area: a page of four creases that was right had 0.004, as vertices near creases are moved onto them; a spread
 # that was 0.5 % too large 0.011.
 MAX_STRETCH = 0.006
@@ -191,6 +192,7 @@ def _dense(
         "interpolated_fraction": float((distance_to(mesh.measured, mesh.vertices) > mesh.reach_mm).mean()),
         "surface_residual_mm": missed(surface, fitted.points, fitted.feet),
         "excess_area_fraction": _excess(surface, mesh, places),
+        "gutter_width_range_mm": _width_range(surface),
         **_described(surface, fitted.stiffness),
         "adjustments": fitted.rounds,
     }
@@ -208,6 +210,16 @@ def _excess(surface: PageSurface, mesh: InterpolatedMesh, places: Floats) -> flo
     if isinstance(surface, FoldedSurface):
         corners = surface.unfolded(mesh.vertices, mesh.faces, places)
     return stretch(mesh.vertices, mesh.faces, corners)
+
+
+def _width_range(surface: PageSurface) -> float | None:
+    """Return how much the rows across a gutter differ in width, mm.
+
+    Without a tenth at either end. None where no crease parts a surface in two.
+    """
+    if not isinstance(surface, FoldedSurface):
+        return None
+    return float(np.ptp(np.quantile(widths_across(surface), [1 - MISSED_SHARE, MISSED_SHARE])))
 
 
 def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
@@ -241,6 +253,8 @@ def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tup
         found.append(Finding.of("surface_off", distance_mm=report["surface_residual_mm"]))
     if report["excess_area_fraction"] is not None and abs(report["excess_area_fraction"]) > MAX_STRETCH:
         found.append(Finding.of("area_gained", change=report["excess_area_fraction"]))
+    if report["gutter_width_range_mm"] is not None and report["gutter_width_range_mm"] > MAX_OFF_MM:
+        found.append(Finding.of("gutter_uneven", distance_mm=report["gutter_width_range_mm"]))
     if report["paper_outside_fraction"] > NOTABLE:
         found.append(Finding.of("paper_uncovered", report["paper_outside_fraction"]))
     return tuple(found)

@@ -13,6 +13,7 @@ GOOD = {
     "edge_measured_fraction": 0.97,
     "surface_residual_mm": 0.05,
     "excess_area_fraction": 1e-4,
+    "gutter_width_range_mm": None,
     "paper_outside_fraction": 0.0,
 }
 
@@ -36,6 +37,8 @@ GOOD = {
         ({"edge_measured_fraction": 0.61, "paper_outside_fraction": 0.03}, ["only 61%", "3% of the paper"]),
         ({"surface_residual_mm": 0.8}, ["one in ten of the measured points is 0.8 mm"]),
         ({"excess_area_fraction": 0.011}, ["the surface has +1.1% of area that paper cannot have"]),
+        ({"gutter_width_range_mm": 0.05}, []),
+        ({"gutter_width_range_mm": 4.4}, ["the strip across the spine is 4.4 mm wider in some rows"]),
         ({"excess_area_fraction": -0.02}, ["the surface has -2.0% of area that paper cannot have"]),
     ],
 )
