@@ -24,7 +24,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
 from restore.numerics.limits import SINGLE_TINY
-from restore.numerics.robust import MAD_TO_SIGMA
+from restore.numerics.robust import MAD_TO_SIGMA, MAJORITY
 from restore.photo.coarse import COARSE_MM
 from restore.scan import Floats, Mask
 
@@ -245,7 +245,9 @@ def _fitted(values: Floats, terms: Floats, both: Mask) -> Floats:
         # By the normal equations: ten unknowns, which a singular value decomposition of all rows takes ten times longer
         # to find. Of a flat page the slopes are all zero, and the equations singular.
         fit = np.linalg.lstsq(sampled.T @ weighted, weighted.T @ wanted, rcond=None)[0]
-    return np.asarray(terms @ fit)
+    # A normal unlike those of the page, at the end of a crease, is lit as no place that the fit follows is.
+    followed = wanted[weight > MAJORITY]
+    return np.clip(terms @ fit, followed.min(), followed.max())
 
 
 def _unconfirmed_parts(contradicted: Mask, confirmed: Mask, both: Mask) -> Mask:

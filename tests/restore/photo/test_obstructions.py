@@ -82,6 +82,16 @@ def test_facets_that_a_lamp_lights_differently_cover_nothing():
     assert found_in(photographed(printed(), lit), printed(), everywhere(), everywhere()).any()  # as on a flat page
 
 
+def test_a_place_with_normals_unlike_all_others_is_lit_as_the_page_is():
+    """Ripples are lit by their slopes of 0.05; what follows from them for a slope of 0.6 is not a light of the page."""
+    ripples = np.broadcast_to(np.cos(np.linspace(0, 6 * np.pi, SHAPE[1])), SHAPE)
+    across = 0.05 * ripples
+    across[20:26, 97:100], across[20:26, 100:103] = 0.6, -0.6
+    normals = np.dstack([np.zeros(SHAPE), across, np.sqrt(1 - across**2)])
+    seen = photographed(printed(), np.exp(0.5 * ripples)[..., None])
+    assert not found_in(seen, printed(), everywhere(), everywhere(), normals).any()
+
+
 def test_a_soft_shadow_covers_nothing():
     shadow = 1 - 0.5 * cv2.GaussianBlur(disc((70, 100), 40).astype(float), (0, 0), 12)[..., None]
     assert not found_in(photographed(printed(), shadow), printed(), everywhere(), everywhere()).any()
