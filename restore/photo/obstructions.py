@@ -29,21 +29,15 @@ from restore.photo.coarse import COARSE_MM
 from restore.scan import Floats, Mask
 
 WINDOW_MM = 3.5  # standard deviation of the window in which contrasts are compared: it spans two lines of text
-BLEND_MM = 1.2  # of the window of gains: wider than the misregistration of a crumpled page
 CONTRAST_FLOOR = 0.12  # relative contrast that creases lit from two sides give to blank paper
+BLEND_MM = 1.2  # of the window of gains: wider than the misregistration of a crumpled page
 NARROW_MM = 1.5  # of a second window, in which nothing that is confirmed differs: the rim of a pen among print
-CONFIRMED_TINT = 0.5  # of the limit of colour
-CONFIRMED_STEP = 0.12  # of the logarithm of the gain, from its surroundings: a contact shadow makes more
-SURROUNDINGS_MM = 6.0
 REACH_MM = 40.0  # of a contradiction: the blank margins of a sheet, the width of a sleeve
-CONTRADICTED = 0.5  # disagreement: 0 where contrasts are equal, 1 where they are independent
-WASHED_OUT = 0.4  # of the contrast that is left under a haze
 DARK = 0.02  # fraction of white: below it the colour of a gain is noise
 COLOUR_LIMIT = 0.25  # of the logarithm: two lamps of two colours on a curved page differ by half as much
 COLOUR_PER_SATURATION = 0.5  # relative; cameras differ in saturated print by that much of its saturation
 LEVEL_LIMITS = (np.log(4.0), np.log(2.5))  # darker, brighter: no shadow on a page takes three quarters of its light
 MIN_MM2 = 12.0  # of a contradiction: the tip of a pen; a fleck of ink is less
-CONFIRMING_MM2 = 60.0  # of a part of the page: a window's area, since less agrees by chance
 RIM_MM = 1.8  # the outline of the page is known to a sample, and the photograph shows the table there
 # Round what covers the page: its blurred edge and its contact shadow, 2 mm, and the gap between two lines of print: a
 # window confirms the blank margin of another sheet that ends in it.
@@ -122,17 +116,18 @@ def compare(photograph: Floats, scan: Floats, normals: Floats, both: Mask, resol
     change = level - lamps
     change = np.maximum(-change / LEVEL_LIMITS[0], change / LEVEL_LIMITS[1])
     field = np.maximum(tint, change)
-    step = np.abs(level - lamps - _local(level - lamps, both, SURROUNDINGS_MM))
+    step = np.abs(level - lamps - _local(level - lamps, both, WINDOW_MM))
     # What contradicts has half of that likeness left somewhere: contrasts that a crease displaces by a cell or two pass
     # the limits by a little.
     other_print, surely = (
-        resolved & ((wide.disagreement > unlike) | (printed & (wide.slope < washed_out)))
-        for unlike, washed_out in ((CONTRADICTED, WASHED_OUT), ((1.0 + CONTRADICTED) / 2, WASHED_OUT / 2))
+        resolved & ((wide.disagreement > 1.0 - alike) | (printed & (wide.slope < alike)))
+        for alike in (MAJORITY, MAJORITY / 2)
     )
     other = both & (field > 1.0)
     contradicted = _connected(other_print | other, _sizable(surely | other, MIN_MM2))
-    differs = contradicted | (narrow.disagreement > CONTRADICTED) | (tint > CONFIRMED_TINT) | (step > CONFIRMED_STEP)
-    agrees = wide.difference < CONTRADICTED / 2 * (wide.scanned + wide.seen)
+    unlike_light = (tint > MAJORITY) | (step > MAJORITY * COLOUR_LIMIT)  # as a contact shadow is
+    differs = contradicted | (narrow.disagreement > MAJORITY) | unlike_light
+    agrees = wide.difference < MAJORITY / 2 * (wide.scanned + wide.seen)
     return Agreement(contradicted, resolved & printed & agrees & ~differs)
 
 
@@ -259,7 +254,7 @@ def _unconfirmed_parts(contradicted: Mask, confirmed: Mask, both: Mask) -> Mask:
         return np.zeros_like(both)
     parts, count = label(both & ~contradicted)
     area = np.bincount(parts[confirmed], minlength=count + 1) * COARSE_MM**2
-    poor = area < CONFIRMING_MM2
+    poor = area < 2 * np.pi * WINDOW_MM**2  # of a window: less agrees by chance
     poor[0] = False
     return np.asarray(poor[parts])
 
