@@ -24,6 +24,9 @@ def consensus(views: Sequence[CoarseView], scanned: CoarseView, normals: Floats)
     All are (h, w).
     normals: (h, w, 3), of the surface.
     """
+    views = [view for view in views if (view.good & scanned.good).any()]  # the light of others cannot be compared
+    if len(views) < MIN_WITNESSES:
+        return scanned
     seen = np.array([view.good for view in views])
     sharp = seen & [view.resolved for view in views]
     enough, enough_sharp = (mask.sum(axis=0) >= MIN_WITNESSES for mask in (seen, sharp))
@@ -31,10 +34,8 @@ def consensus(views: Sequence[CoarseView], scanned: CoarseView, normals: Floats)
         return scanned
     lights = np.full((len(views), enough.sum(), 3), np.nan)
     for light, view, witness in zip(lights, views, np.where(enough_sharp, sharp, seen), strict=True):
-        both = view.good & scanned.good
-        if both.any():
-            in_light_of_scan = view.light / np.exp(fitted_gains(view.light, scanned.light, normals, both))
-            light[witness[enough]] = in_light_of_scan[enough & witness]
+        gains = fitted_gains(view.light, scanned.light, normals, view.good & scanned.good)
+        light[witness[enough]] = (view.light / np.exp(gains))[enough & witness]
     usual = scanned.light.copy()
     usual[enough] = np.nanmedian(lights, axis=0)
     resolved = np.where(enough, enough_sharp, scanned.resolved)
