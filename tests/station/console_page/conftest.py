@@ -13,6 +13,7 @@ import pytest
 from oracles.console import CannedStation, serving
 from oracles.console.browser import READY_MS, chromium, find_chromium, window
 from station.console.vendored import PAGE, missing_files
+from tests.conftest import GRACE_SECONDS
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -29,8 +30,15 @@ def _no_leaks() -> Iterator[None]:
     """In place of the check of all tests: a browser starts and ends processes as it likes."""
     before = set(threading.enumerate())
     yield
-    left = {one for one in threading.enumerate() if not one.daemon} - before
-    assert [one.name for one in left if not one.name.startswith("asyncio_")] == []  # those are Playwright's
+    deadline = time.monotonic() + GRACE_SECONDS
+    while left := [one.name for one in set(threading.enumerate()) - before if not _is_kept(one)]:
+        assert time.monotonic() < deadline, left
+        time.sleep(0.01)
+
+
+def _is_kept(thread: threading.Thread) -> bool:
+    """Whether a thread may outlive a test: a daemon, or one of Playwright's."""
+    return thread.daemon or thread.name.startswith("asyncio_")
 
 
 @pytest.fixture(scope="module")
