@@ -9,15 +9,13 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from scipy.linalg import solveh_banded
-from threadpoolctl import threadpool_limits
 
 from restore.scan import Floats, Ints
 
 BORDER = 2  # knots beyond the rectangle on every side
 TINY_WEIGHT = 1e-6  # of what nothing else determines
-# Relative, of the diagonal: without, the rounding of what a very stiff sheet resists may leave no positive pivot for
-# what it does not. Steps are damped, the end is not moved.
+# Of the largest weight of a bending, on the diagonal: without, the rounding of what a very stiff sheet resists may
+# leave no positive pivot for what it does not. Steps are damped, the end is not moved.
 DAMPING = 1e-12
 
 
@@ -224,14 +222,67 @@ def add_bending(
                 at = here + by_col * np.arange(5)
                 _add_difference(band, side, coefficients[row, col : col + 5], at, fourth, weight)
             for d in range(3):
-                band[3 * here + d, 0] += TINY_WEIGHT
+                band[3 * here + d, 0] += TINY_WEIGHT + DAMPING * along * weight
 
 
-def solve(band: Floats, side: Floats) -> Floats:
-    """Return the solution (count,) of the equations, whose band is overwritten.
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def solve(band: Floats, side: Floats) -> None:
+    """Replace the right side (count,) by the solution.
 
-    Raises LinAlgError where they are not positive definite.
+    And the band (count, width) by its Cholesky factor. Four columns are eliminated at a time, so that the rest of the
+    band is read and written a fourth as often. Compiled here: LAPACK's threads wait for each other longer than a band
+    of this width takes one of them.
     """
-    band[:, 0] *= 1.0 + DAMPING
-    with threadpool_limits(1, "blas"):  # threads wait for each other longer than a band of this width takes one of them
-        return np.asarray(solveh_banded(band.T, side, lower=True, overwrite_ab=True, check_finite=False))
+    count, width = band.shape
+    for first in range(0, count, 4):
+        last = min(first + 4, count)
+        for j in range(first, last):
+            _scale_column(band, side, j)
+            for row in range(j + 1, min(last, j + width)):
+                factor = band[j, row - j]
+                for m in range(min(width, count - j) - row + j):
+                    band[row, m] -= factor * band[j, row - j + m]
+        if last - first == 4:
+            _eliminate_four(band, first)
+    for j in range(count - 1, -1, -1):
+        total = side[j]
+        for k in range(1, min(width, count - j)):
+            total -= band[j, k] * side[j + k]
+        side[j] = total / band[j, 0]
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def _scale_column(band: Floats, side: Floats, j: int) -> None:
+    """Scale a column of the factor by its pivot, and update the right side.
+
+    It is divided by the root of its pivot, and subtracted from the right side.
+    """
+    count, width = band.shape
+    # No exact pivot is less than the TINY_WEIGHT that is on the diagonal: what is less is rounding.
+    band[j, 0] = max(band[j, 0], TINY_WEIGHT)
+    pivot = 1.0 / np.sqrt(band[j, 0])
+    side[j] *= pivot
+    for k in range(min(width, count - j)):
+        band[j, k] *= pivot
+    for k in range(1, min(width, count - j)):
+        side[j + k] -= band[j, k] * side[j]
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def _eliminate_four(band: Floats, j: int) -> None:
+    """Subtract the products of four columns, from j on, from later ones."""
+    count, width = band.shape
+    a, b, c, d = band[j], band[j + 1], band[j + 2], band[j + 3]
+    for row in range(j + 4, min(j + width + 3, count)):
+        k = row - j
+        common = min(j + width, count) - row  # entries of the row that all four columns reach
+        if common > 0:
+            out = band[row, :common]
+            fa, fb, fc, fd = a[k], b[k - 1], c[k - 2], d[k - 3]
+            va, vb, vc, vd = a[k:], b[k - 1 :], c[k - 2 :], d[k - 3 :]
+            for m in range(common):
+                out[m] -= fa * va[m] + fb * vb[m] + fc * vc[m] + fd * vd[m]
+        for late in range(1, 4):
+            at = k - late
+            for m in range(max(common, 0), min(j + late + width, count) - row):
+                band[row, m] -= band[j + late, at] * band[j + late, at + m]

@@ -3,16 +3,7 @@
 import numpy as np
 import pytest
 
-from restore.photogrammetry.spline import (
-    DAMPING,
-    TINY_WEIGHT,
-    add_bending,
-    add_points,
-    add_strain,
-    evaluate,
-    numbering,
-    solve,
-)
+from restore.photogrammetry.spline import TINY_WEIGHT, add_bending, add_points, add_strain, evaluate, numbering, solve
 
 ROWS, COLS, STEP = 6, 9, 4.0
 LOW = np.array([-4.0, -4.0])
@@ -147,19 +138,15 @@ def test_a_band_is_solved_as_its_matrix_is(count, width):
     lower = np.tril(np.triu(rng.normal(size=(count, count)), -width + 1)) + 4 * np.eye(count)
     matrix, side = lower @ lower.T, rng.normal(size=count)
     band = np.array([[matrix[j + k, j] if j + k < count else 0.0 for k in range(width)] for j in range(count)])
-    expected = np.linalg.solve(matrix + DAMPING * np.diag(np.diag(matrix)), side)
-    np.testing.assert_allclose(solve(band, side), expected, rtol=1e-9)
+    expected = np.linalg.solve(matrix, side)
+    solve(band, side)
+    np.testing.assert_allclose(side, expected, rtol=1e-9)
 
 
 def test_a_pivot_that_rounding_took_divides_by_nothing():
     """Beside resistances of 1e7 and more the TINY_WEIGHT of what nothing determines may be lost in their rounding."""
     band, side = np.array([[1.0, 1.0], [1.0, 0.0], [1.0, 0.0]]), np.array([1.0, 1.0, 2.0])
-    solution = solve(band, side)  # of [[1, 1, 0], [1, 1, 0], [0, 0, 1]]
-    assert np.isfinite(solution).all()
-    assert solution[:2].sum() == pytest.approx(1.0, abs=ROUNDING)
-    assert solution[2] == pytest.approx(2.0)
-
-
-def test_equations_that_are_not_positive_definite_are_refused():
-    with pytest.raises(np.linalg.LinAlgError):
-        solve(np.array([[1.0, 2.0], [1.0, 0.0]]), np.ones(2))
+    solve(band, side)  # of [[1, 1, 0], [1, 1, 0], [0, 0, 1]]
+    assert np.isfinite(side).all()
+    assert side[:2].sum() == pytest.approx(1.0, abs=ROUNDING)
+    assert side[2] == pytest.approx(2.0)
