@@ -9,9 +9,7 @@ from restore.numerics.robust import NEARLY_ALL
 from restore.scan import Floats
 
 MIN_TORN_FILL = 0.8  # of it, with a corner torn off: a larger one takes two thirds of both adjacent sides
-MIN_TORN_SIDE = (
-    0.3  # straight fraction of the shorter sides: a corner of a fifth leaves a third; slanting ones have 0.1
-)
+MIN_TORN_SIDE = 0.3  # straight fraction of the sides that it shortens: of a fifth, a third; of a slanting side 0.1
 SIDE_BAND_MM = 2.0  # outline points this near to a side belong to it
 TIP_SHARE = 0.02  # of the outline points: a tip has fewer; more, in all, are the corners of a page with pointed ones
 BINS = 20  # of a side: outlines of pages have a few points in each
