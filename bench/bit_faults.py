@@ -38,9 +38,9 @@ from station.session import (
     read_session,
     record_run,
 )
-from station.session.repair import repair
-from station.session.stages import PAGE, Run
-from station.session.verify import page_of, verify
+from station.session.derivation.restoration import PAGE, Run
+from station.session.fixity.repair import repair
+from station.session.fixity.verify import page_of, verify
 
 PAGES = 10
 NOON = datetime(2026, 1, 2, 12, tzinfo=UTC)

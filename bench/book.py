@@ -21,7 +21,7 @@ from station.capture_loop.demonstration import demonstrate, table, totals
 from station.config import BOOK as NAME
 from station.config import load_config
 from station.session import Session, read_session
-from station.session.leaves import leaves_of
+from station.session.leaves.leaf import leaves_of
 
 MAX_SIZE_MM = 1.0  # of a leaf side in the fast mode, which has a sample each 1.2 mm
 

@@ -22,7 +22,7 @@ from bench.scratch import scratch_folder
 from drivers.simulated import Facing, Opening, shoot
 from oracles.tiny_scan import tiny_scan
 from station.session import Volume, add_scan, create_session, open_session
-from station.session.presets import load_preset
+from station.session.terms.presets import load_preset
 
 PAGES = 300
 PAGE_MM = (260.0, 180.0)

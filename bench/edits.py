@@ -31,11 +31,11 @@ from station.session import (
     redo,
     undo,
 )
-from station.session.corrections import inputs_of, outdated_pages, parameters_of
-from station.session.parts import RESTORE
-from station.session.presets import load_preset
-from station.session.reproduce import reproduce
-from station.session.rules import Scope
+from station.session.derivation.parameters import inputs_of, outdated_pages, parameters_of
+from station.session.derivation.reproduce import reproduce
+from station.session.terms.parts import RESTORE
+from station.session.terms.presets import load_preset
+from station.session.terms.rules import Scope
 
 PAGES = 300
 LEFT, RIGHT = "left", "right"

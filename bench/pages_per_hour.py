@@ -25,8 +25,8 @@ from drivers.vivid900.link import Link
 from restore import RangeScan
 from station.capture_loop.loop import CaptureLoop
 from station.session import Volume, create_session, open_session
-from station.session.presets import load_preset
-from station.session.stages import run_restore
+from station.session.derivation.restoration import run_restore
+from station.session.terms.presets import load_preset
 from station.workers.background import background
 
 SHEETS = ({"name": "curl", "radius_mm": 200.0}, {"name": "wave"}, {"name": "cone"})

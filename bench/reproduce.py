@@ -17,9 +17,9 @@ from restore import RangeScan
 from station.capture_loop.loop import CaptureLoop
 from station.run.small_page import small_page
 from station.session import Volume, create_session, open_session, read_session
-from station.session.presets import Preset
-from station.session.reproduce import reproduce
-from station.session.stages import Run, run_restore
+from station.session.derivation.reproduce import reproduce
+from station.session.derivation.restoration import Run, run_restore
+from station.session.terms.presets import Preset
 from station.verdict.thresholds import Thresholds
 
 SETTINGS = {"points": 300, "dpi": 60}
@@ -56,7 +56,7 @@ def _scan(number: int) -> RangeScan:
 
 
 def restore_now(source: Path, parameters: Mapping[str, Any], folder: Path) -> Future[Run]:
-    """Restore a scan in this process. See `station.session.stages.Submit`."""
+    """Restore a scan in this process. See `station.session.derivation.restoration.Submit`."""
     future: Future[Run] = Future()
     future.set_result(run_restore(source, parameters, folder))
     return future

@@ -14,7 +14,7 @@ import numpy as np
 from drivers.simulated import Facing, Opening, Pose, Truth, shoot
 from restore import RangeScan
 from restore.scan import Floats
-from station.session.carrying import motion_between
+from station.session.corrections.transfer import motion_between
 
 PAGE_MM, SPINE_MM = (200.0, 130.0), 100.0
 PLACES_MM = np.array([[20.0, 20.0], [80.0, 110.0], [100.0, 65.0], [130.0, 30.0], [180.0, 100.0]])

@@ -22,9 +22,9 @@ from restore import RangeScan
 from station.capture_loop.loop import CaptureLoop, Done
 from station.run.small_page import small_page
 from station.session import Volume, create_session, open_session, read_session
-from station.session.overview import overview_lines
-from station.session.presets import load_preset
-from station.session.verify import verify
+from station.session.fixity.verify import verify
+from station.session.leaves.overview import overview_lines
+from station.session.terms.presets import load_preset
 
 PAGE_MM = (106.0, 75.0)
 PIXELS, MARGIN = 8, 24  # of the picture: for each sample, and of the dark table around the leaf

@@ -35,8 +35,8 @@ from station.session import (
     record_run,
     undo,
 )
-from station.session.index import pages, reindex, sessions, update
-from station.session.verify import verify
+from station.session.fixity.verify import verify
+from station.session.leaves.index import pages, reindex, sessions, update
 
 SESSIONS = 8
 TENTHS = 10

@@ -19,8 +19,8 @@ from bench.shift import page_scan
 from drivers.simulated import Text
 from restore import RangeScan, save_scan
 from restore.scan import Bytes
-from station.session.presets import load_preset
-from station.session.stages import run_restore
+from station.session.derivation.restoration import run_restore
+from station.session.terms.presets import load_preset
 from station.verdict.same_page import fingerprint, similarity
 from station.verdict.thresholds import Thresholds
 

@@ -35,12 +35,12 @@ LIGHT = "restore/shading/remove.py"
 CAMERA = "drivers/vivid900/capture/camera.py"
 LAYOUT = "restore/layout/finding.py"
 RUN = "station/run/one_page.py"
-EVENTS = "station/session/events.py"
-STEPS = "station/session/steps.py"
-PRESETS = "station/session/presets.py"
+EVENTS = "station/session/log/events.py"
+STEPS = "station/session/log/steps.py"
+PRESETS = "station/session/terms/presets.py"
 CONFIG = "station/config.py"
 JUDGE = "station/verdict/checks.py"
-VOLUME = "station/session/volume.py"
+VOLUME = "station/session/terms/volume.py"
 
 KEYS: Mapping[str, Key] = {
     # A restored page
@@ -99,7 +99,10 @@ KEYS: Mapping[str, Key] = {
     "of": Key("number", "", "how many sheets the scan has", "station/run/pieces.py"),
     "part": Key("text", "", "leaf of an opened book: left, right, or page for the whole", "restore/layout/leaves.py"),
     "parts": Key(
-        "table", "", "leaves of an opened book, each with its report or its corrections", "station/session/stages.py"
+        "table",
+        "",
+        "leaves of an opened book, each with its report or its corrections",
+        "station/session/derivation/restoration.py",
     ),
     "layout": Key(
         "table|text", "", "layout of a scan as it was found, or as it is requested", "restore/layout/leaves.py"
@@ -210,10 +213,19 @@ KEYS: Mapping[str, Key] = {
     "sides": Key("text", "", "side of the first page: left or right", PRESETS),
     "size_mm": Key("[number]", "mm", "width and height of a leaf, by hand", PRESETS),
     "overlap_mm": Key("number", "mm", "facing page that a leaf keeps", PRESETS),
-    "rotate": Key("text", "degrees", "rotation that is requested, or auto", "station/session/stages.py"),
-    "allow_distorted": Key("flag", "", "write a page whose surface is too distorted", "station/session/stages.py"),
-    "unit": Key("text", "", "unit of mesh coordinates", "station/session/stages.py"),
-    "scale": Key("text|null", "", "where the scale is from: card, none or width x height", "station/session/stages.py"),
+    "rotate": Key(
+        "text", "degrees", "rotation that is requested, or auto", "station/session/derivation/restoration.py"
+    ),
+    "allow_distorted": Key(
+        "flag", "", "write a page whose surface is too distorted", "station/session/derivation/restoration.py"
+    ),
+    "unit": Key("text", "", "unit of mesh coordinates", "station/session/derivation/restoration.py"),
+    "scale": Key(
+        "text|null",
+        "",
+        "where the scale is from: card, none or width x height",
+        "station/session/derivation/restoration.py",
+    ),
     # Events of a session
     "number": Key("number", "", "running number of an event, or of a sheet", EVENTS),
     "page": Key("number", "", "running number of the page, 0 for the volume", EVENTS),
@@ -230,19 +242,19 @@ KEYS: Mapping[str, Key] = {
     "result": Key("table", "", "what follows from input and parameters", STEPS),
     "by": Key("text", "", "program that captured the scan", "station/capture_loop/loop.py"),
     "to": Key("number|null", "", "event that a pointer names from now on", STEPS),
-    "id": Key("text", "", "identifier of the session", "station/session/store.py"),
-    "volume": Key("table", "", "what the session is of", "station/session/store.py"),
+    "id": Key("text", "", "identifier of the session", "station/session/log/store.py"),
+    "volume": Key("table", "", "what the session is of", "station/session/log/store.py"),
     "title": Key("text", "", "title of the volume", VOLUME),
     "project": Key("text", "", "collection or order", VOLUME),
     "organisation": Key("text", "", "institution that holds the volume", VOLUME),
-    "scope": Key("table", "", "pages of a rule", "station/session/rules.py"),
-    "future": Key("flag", "", "whether a rule is also on later pages", "station/session/rules.py"),
-    "side": Key("text", "", "side of a leaf, or of the parts of a rule", "station/session/rules.py"),
-    "style": Key("text", "", "style of a run of labels", "station/session/labelling.py"),
-    "prefix": Key("text", "", "before each number of a run", "station/session/labelling.py"),
-    "suffix": Key("text", "", "after each number of a run", "station/session/labelling.py"),
-    "bracket": Key("flag", "", "whether the numbers of a run are inferred", "station/session/labelling.py"),
-    "counted": Key("flag", "", "whether the leaves of a run have labels", "station/session/labelling.py"),
+    "scope": Key("table", "", "pages of a rule", "station/session/terms/rules.py"),
+    "future": Key("flag", "", "whether a rule is also on later pages", "station/session/terms/rules.py"),
+    "side": Key("text", "", "side of a leaf, or of the parts of a rule", "station/session/terms/rules.py"),
+    "style": Key("text", "", "style of a run of labels", "station/session/terms/labels.py"),
+    "prefix": Key("text", "", "before each number of a run", "station/session/terms/labels.py"),
+    "suffix": Key("text", "", "after each number of a run", "station/session/terms/labels.py"),
+    "bracket": Key("flag", "", "whether the numbers of a run are inferred", "station/session/terms/labels.py"),
+    "counted": Key("flag", "", "whether the leaves of a run have labels", "station/session/terms/labels.py"),
     "preset": Key("text", "", "name of the preset", VOLUME),
     "preset_values": Key("table", "", "the preset as it was at the beginning", VOLUME),
     "station": Key("text", "", "configuration of the station", VOLUME),

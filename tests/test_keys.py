@@ -16,8 +16,8 @@ from oracles.reference import PAGE, reference
 from restore import Settings, SurfaceMesh, restore
 from station.config import StationConfig, TurntableSettings
 from station.session import Volume, create_session, decide, open_session, read_session
-from station.session.presets import PRESETS, Preset, load_preset
-from station.session.stages import RestoreParameters
+from station.session.derivation.restoration import RestoreParameters
+from station.session.terms.presets import PRESETS, Preset, load_preset
 from station.verdict.thresholds import Thresholds
 
 CORNERS = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])
@@ -42,7 +42,7 @@ def test_a_report_has_the_keys_of_the_table():
 
 def test_events_have_the_keys_of_the_table(tmp_path):
     """Those of an older program, with a report, verdicts and decisions, and those of today."""
-    with tarfile.open(ROOT / "tests" / "station" / "session" / "format_1.tar.gz") as archive:
+    with tarfile.open(ROOT / "tests" / "station" / "session" / "log" / "format_1.tar.gz") as archive:
         archive.extractall(tmp_path, filter="data")
     older = [dict(event.facts) for event in read_session(tmp_path / "old-volume").history.events]
     create_session(tmp_path / "new", Volume(title="A", preset_values=load_preset("book").model_dump(mode="json")))

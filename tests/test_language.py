@@ -38,10 +38,10 @@ CONTRACT = {
         "drivers/simulated/scene/light.py": "a setting of a lamp in configurations",
         "drivers/simulated/imaging/illumination.py": "it reads that setting",
         "strings.json": "a placeholder in two languages",
-        "station/session/index.py": "a folder of the XDG specification",
+        "station/session/leaves/index.py": "a folder of the XDG specification",
     },
-    r"\binvent(ed|s)?\b|\bdivided? .{0,12}out\b": {"station/session/older.py": "a key of records of format 1"},
-    r"\b(mend(s|ed|ing)?|hurt)\b": {"station/session/repair.py": "a folder of repairs that were interrupted"},
+    r"\binvent(ed|s)?\b|\bdivided? .{0,12}out\b": {"station/session/log/older.py": "a key of records of format 1"},
+    r"\b(mend(s|ed|ing)?|hurt)\b": {"station/session/fixity/repair.py": "a folder of repairs that were interrupted"},
 }
 DRAWN = "drivers/simulated/scene/artwork/text.py"  # the text of simulated pages: another text is another page
 

@@ -20,7 +20,7 @@ from bench.scratch import scratch_folder
 from oracles.power_cut import Disk, watched
 from station.errors import StationError
 from station.session import open_session, read_session
-from station.session.verify import verify
+from station.session.fixity.verify import verify
 from station.storage.folder_lock import WORK
 
 ROW = "{:<10}{:>8}{:>8}{:>8}{:>8}"

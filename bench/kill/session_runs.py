@@ -37,12 +37,12 @@ from station.session import (
     undo,
 )
 from station.session import record_run as record
-from station.session.adding import add_original
-from station.session.index import IndexUnusable, entries_of, reindex, sessions, update
-from station.session.parts import RESTORE
-from station.session.rules import Scope
-from station.session.stages import PAGE, Run
-from station.session.verify import verify
+from station.session.captures.originals import add_original
+from station.session.derivation.restoration import PAGE, Run
+from station.session.fixity.verify import verify
+from station.session.leaves.index import IndexUnusable, entries_of, reindex, sessions, update
+from station.session.terms.parts import RESTORE
+from station.session.terms.rules import Scope
 from station.verdict.same_page import fingerprint
 from station.workers.executors import Workers
 

@@ -26,7 +26,7 @@ from bench.scratch import scratch_folder
 from station.commands.terminal import report_faults
 from station.errors import StationError
 from station.session import decide, open_session, read_session
-from station.session.verify import verify
+from station.session.fixity.verify import verify
 from station.storage.folder_lock import WORK
 
 ROW = "{:<10}{:<18}{:>7}{:>7}{:>7}{:>7}  {}"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from station.session.bag import BAG_INFO, DECLARATION, MANIFEST, PAYLOAD, TAG_MANIFEST, check_name
-from station.session.store import file_digest
+from station.session.log.bag import BAG_INFO, DECLARATION, MANIFEST, PAYLOAD, TAG_MANIFEST, check_name
+from station.session.log.store import file_digest
 from station.storage.disk import write_file
 from station.storage.session_folder import BAGIT
 

@@ -19,7 +19,7 @@ from station.archive.volume import Section
 from station.images.icc import srgb_profile
 from station.images.pages import read_page
 from station.page_files.pdf import POINTS_PER_INCH, declare, draw_picture, picture_stream, tag_pages
-from station.session.about import RTL, About
+from station.session.terms.about import RTL, About
 from station.storage.disk import add_path_to_errors
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from typing import Literal
 
 from restore import BadInput
 from restore.files import read_regular
-from station.session.bag import MANIFEST, PAYLOAD, TAG_MANIFEST
-from station.session.events import FOLDER
-from station.session.tree import place_of, tree_digests
+from station.session.fixity.tree import place_of, tree_digests
+from station.session.log.bag import MANIFEST, PAYLOAD, TAG_MANIFEST
+from station.session.log.events import FOLDER
 from station.storage.session_folder import BAGIT, LOG
 
 Kind = Literal["damaged", "missing", "extra", "renamed"]

@@ -11,9 +11,11 @@ from PIL import Image, ImageDraw, ImageFont
 from restore import BadInput
 from station.images.pages import read_page
 from station.session import Session
-from station.session.corrections import is_corrected, outdated_pages
-from station.session.leaves import Leaf, leaves_of
-from station.session.parts import RESTORE, file_of
+from station.session.corrections.layers import is_corrected
+from station.session.derivation.parameters import outdated_pages
+from station.session.leaves.leaf import Leaf, leaves_of
+from station.session.log.derivatives import file_of
+from station.session.terms.parts import RESTORE
 from station.verdict.checks import worst
 
 DPI = 150

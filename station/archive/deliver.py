@@ -30,7 +30,7 @@ from station.images.image_metadata import software
 from station.images.pages import StoredPage, read_page
 from station.progress import Progress, silent
 from station.run.pieces import select_sheets
-from station.session.store import file_digest
+from station.session.log.store import file_digest
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured
 from station.storage.disk import copy_file, write_file
 

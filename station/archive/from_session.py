@@ -20,13 +20,15 @@ from station.errors import UsageError
 from station.session import Event as SessionEvent
 from station.session import History, Session, scan_path
 from station.session import Page as SessionPage
-from station.session.about import about_of
-from station.session.corrections import effective_edits, outdated_pages
-from station.session.events import VOLUME
-from station.session.leaves import DASH, UNCOUNTED, Leaf, is_spread, leaves_of, runs_of
-from station.session.parts import PAGE, RESTORE, file_of, part_of_file, parts_of
-from station.session.photographs import is_set
-from station.session.rules import EDITS, RULES
+from station.session.captures.photographs import is_set
+from station.session.corrections.layers import effective_edits
+from station.session.derivation.parameters import outdated_pages
+from station.session.leaves.leaf import DASH, UNCOUNTED, Leaf, is_spread, leaves_of, runs_of
+from station.session.log.current import about_of
+from station.session.log.derivatives import file_of
+from station.session.log.events import VOLUME
+from station.session.terms.parts import PAGE, RESTORE, part_of_file, parts_of
+from station.session.terms.rules import EDITS, RULES
 
 # In the vocabulary of preservation events of the Library of Congress.
 KINDS = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element
 
 from station.archive.xml import MODS, XLINK, element, optional
-from station.session.about import About
+from station.session.terms.about import About
 
 
 def encode_mods(about: About) -> Element:

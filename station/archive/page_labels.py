@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from station.session.labelling import roman
+from station.session.terms.labels import roman
 
 COUNTED = re.compile(r"(?P<prefix>.*?)(?P<number>[1-9][0-9]{0,6}|[ivxlcdm]+|[IVXLCDM]+|[a-z]|[A-Z])")
 ROMAN = {"i": 1, "v": 5, "x": 10, "l": 50, "c": 100, "d": 500, "m": 1000}

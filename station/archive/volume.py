@@ -13,7 +13,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, Literal
 
-from station.session.about import RTL, About
+from station.session.terms.about import RTL, About
 
 
 class Role(StrEnum):

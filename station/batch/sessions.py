@@ -24,14 +24,16 @@ from station.run.options import AUTO, RunOptions
 from station.run.peak_memory import peak_memory_mib
 from station.session import Event as SessionEvent
 from station.session import Session, Writer, record_run, scan_path
-from station.session.checking import lacks_verdict, record_verdict
-from station.session.correcting import show_fitting
-from station.session.corrections import inputs_of, needs_restoration, parameters_of, rules_of
-from station.session.current_preset import preset_of
-from station.session.leaves import Leaf, leaves_of
-from station.session.parts import RESTORE, errors_of, file_of, measured_parts
-from station.session.presets import Preset
-from station.session.stages import Run, run_restore
+from station.session.corrections.layers import rules_of
+from station.session.derivation.fitting import show_fitting
+from station.session.derivation.parameters import inputs_of, needs_restoration, parameters_of
+from station.session.derivation.quality import lacks_verdict, record_verdict
+from station.session.derivation.restoration import Run, run_restore
+from station.session.leaves.leaf import Leaf, leaves_of
+from station.session.log.current import preset_of
+from station.session.log.derivatives import file_of
+from station.session.terms.parts import RESTORE, errors_of, measured_parts
+from station.session.terms.presets import Preset
 from station.verdict.checks import worst
 from station.workers.executors import Workers
 from station.workers.process import MAX_ATTEMPTS, Work

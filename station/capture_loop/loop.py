@@ -31,14 +31,15 @@ from station.session import (
     scan_path,
     undo,
 )
-from station.session.carrying import carried_edits, has_points, uncarried
-from station.session.checking import lacks_verdict, note_lines, record_verdict, verdict_lines
-from station.session.correcting import show_fitting
-from station.session.corrections import inputs_of, needs_restoration, parameters_of, rules_of
-from station.session.leaves import labels_of, missing_labels
-from station.session.parts import PAGE, RESTORE, errors_of, measured_parts
-from station.session.rules import Rule, Scope
-from station.session.stages import Run, Submit
+from station.session.corrections.layers import rules_of
+from station.session.corrections.transfer import carried_edits, has_points, uncarried
+from station.session.derivation.fitting import show_fitting
+from station.session.derivation.parameters import inputs_of, needs_restoration, parameters_of
+from station.session.derivation.quality import lacks_verdict, note_lines, record_verdict, verdict_lines
+from station.session.derivation.restoration import Run, Submit
+from station.session.leaves.leaf import labels_of, missing_labels
+from station.session.terms.parts import PAGE, RESTORE, errors_of, measured_parts
+from station.session.terms.rules import Rule, Scope
 from station.workers.process import MAX_ATTEMPTS
 
 Show = Callable[[str], None]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from drivers import Scanner, Turner
 from station.session import History
-from station.session.history import CAPTURE
+from station.session.log.history import CAPTURE
 
 
 class Place(NamedTuple):

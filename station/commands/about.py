@@ -36,8 +36,9 @@ def about(
 
         from station.errors import UsageError
         from station.session import decide, read_session
-        from station.session.about import ABOUT, About, about_of, changed_about
-        from station.session.about_files import read_about
+        from station.session.log.current import about_of
+        from station.session.terms.about import ABOUT, About, changed_about
+        from station.session.terms.about_files import read_about
 
         if clear and (assignments or imported is not None):
             raise UsageError("--clear excludes --set and --from", "give one of them")

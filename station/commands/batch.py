@@ -74,7 +74,7 @@ def batch(
     """
     with report_faults(debug=debug):
         from station.batch.runner import run_batch
-        from station.session.presets import load_preset
+        from station.session.terms.presets import load_preset
         from station.workers.executors import cluster_workers, local_workers
         from station.workers.process import Limits
 

@@ -71,8 +71,8 @@ class ByHand:
         Raises UsageError that names the option, BadInput for mm without a map or off the paper.
         """
         from restore import BadInput
-        from station.session.fields import changed
-        from station.session.rules import edits_of
+        from station.session.corrections.fields import changed
+        from station.session.terms.rules import edits_of
 
         given = list(self.fields())
         if not given:
@@ -107,7 +107,7 @@ def _in_pixels(option: str, name: str, value: str, last_map: Path) -> str:
         return value
     from restore import BadInput
     from station.run.result_map import pixels_of
-    from station.session.fields import parse_points
+    from station.session.corrections.fields import parse_points
 
     try:
         places = parse_points(name, value.rstrip().removesuffix("mm"))

@@ -42,7 +42,7 @@ def capture(
         from station.config import load_config
         from station.errors import UsageError
         from station.session import open_session
-        from station.session.stages import run_restore
+        from station.session.derivation.restoration import run_restore
         from station.workers.background import background
 
         writer = stack.enter_context(open_session(find_session(index, session)))

@@ -51,11 +51,11 @@ def edits(
     with report_faults(debug=debug):
         from station.errors import UsageError
         from station.session import read_session
-        from station.session.correcting import correct
-        from station.session.corrections import own_edits
-        from station.session.edits_files import export_edits, import_edits
-        from station.session.ordering import parse_leaf
-        from station.session.texts import check_text
+        from station.session.corrections.files import export_edits, import_edits
+        from station.session.corrections.layers import own_edits
+        from station.session.operations.corrections import correct
+        from station.session.terms.parts import parse_leaf
+        from station.session.terms.texts import check_text
 
         number, part = parse_leaf(page)
         check_text("operator", operator)
@@ -106,9 +106,9 @@ def apply(
         import json
 
         from station.session import read_session
-        from station.session.applying import planned_rule
-        from station.session.correcting import add_rule
-        from station.session.texts import check_text
+        from station.session.corrections.scope import planned_rule
+        from station.session.operations.corrections import add_rule
+        from station.session.terms.texts import check_text
 
         check_text("operator", operator)
         planned = planned_rule(read_session(find_session(index, session)), assignments, to, future=future)
@@ -140,9 +140,9 @@ def order(
     with report_faults(debug=debug):
         from station.errors import UsageError
         from station.session import read_session
-        from station.session.ordering import leave_out as leave
-        from station.session.ordering import move_leaves, note_missing
-        from station.session.texts import check_text
+        from station.session.operations.arrangement import leave_out as leave
+        from station.session.operations.arrangement import move_leaves, note_missing
+        from station.session.terms.texts import check_text
 
         steps = [step for step in (move, leave_out, put_back, missing_before) if step is not None]
         if len(steps) > 1:
@@ -187,9 +187,9 @@ def labels(
     with report_faults(debug=debug):
         from station.errors import UsageError
         from station.session import read_session
-        from station.session.labelling import parse_run
-        from station.session.leaves import runs_of
-        from station.session.ordering import leaves_named, set_runs
+        from station.session.leaves.leaf import runs_of
+        from station.session.operations.arrangement import leaves_named, set_runs
+        from station.session.terms.labels import parse_run
 
         if sum([bool(runs), clear, check_print]) > 1:
             raise UsageError("--run, --clear and --check-print exclude each other", "give one of them")
@@ -215,7 +215,7 @@ def _printed(session: Session, language: str, as_json: bool) -> str:
     import sys
 
     from station.progress import progress_on
-    from station.session.printed import printed_numbers
+    from station.session.leaves.printed import printed_numbers
     from station.words.words import check_language, find_tesseract, recognise
 
     check_language(find_tesseract(), language)
@@ -248,10 +248,9 @@ def _by(page: Page) -> dict[str, Any]:
 
 
 def _set(session: Session, page: Page, part: str | None, assignments: list[str]) -> dict[str, Any]:
-    from station.session.corrections import own_edits
-    from station.session.fields import changed
-    from station.session.ordering import parts_to_correct
-    from station.session.parts import parts_of
+    from station.session.corrections.fields import changed
+    from station.session.corrections.layers import own_edits
+    from station.session.terms.parts import parts_of, parts_to_correct
 
     run = page.runs.get("restore")
     found = list(parts_of({} if run is None else run.facts["result"]))
@@ -259,7 +258,7 @@ def _set(session: Session, page: Page, part: str | None, assignments: list[str])
 
 
 def _label(writer: Writer, page: int, labels: dict[str, str]) -> None:
-    from station.session.ordering import set_label
+    from station.session.operations.arrangement import set_label
 
     for part, label in labels.items():
         set_label(writer, page, part, label)
@@ -275,8 +274,9 @@ def _shown(session: Session, page: Page, as_json: bool) -> str:
     """The corrections of a page, each with where it comes from."""
     import json
 
-    from station.session.corrections import effective_edits, layers_of, needs_restoration
-    from station.session.fields import fields_of
+    from station.session.corrections.fields import fields_of
+    from station.session.corrections.layers import effective_edits, layers_of
+    from station.session.derivation.parameters import needs_restoration
 
     layers = layers_of(session, page)
     outdated = needs_restoration(session, page)
@@ -292,7 +292,7 @@ def _leaves(session: Session, as_json: bool) -> str:
     """The leaf sides of a volume, one in each line."""
     import json
 
-    from station.session.leaves import leaves_of
+    from station.session.leaves.leaf import leaves_of
 
     leaves = leaves_of(session)
     if as_json:

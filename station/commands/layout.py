@@ -15,7 +15,7 @@ from station.commands.terminal import print_result, report_faults
 from station.progress import progress_on
 
 if TYPE_CHECKING:
-    from station.session.layouts import PageLayout
+    from station.session.leaves.layouts import PageLayout
 
 ADVICE = {
     "split": "two leaves",
@@ -48,7 +48,7 @@ def layout(
             print_result(json.dumps(finding, indent=2) if as_json else "\n".join(_lines(finding)))
             return
         from station.session import read_session
-        from station.session.layouts import layouts_of
+        from station.session.leaves.layouts import layouts_of
 
         pages = list(layouts_of(read_session(folder), progress))
         if as_json:
@@ -60,7 +60,7 @@ def layout(
 def _session_of(index: Path | None, name: str) -> Path | None:
     """Return the folder of the session that a name is of, None for a scan."""
     from restore import BadInput
-    from station.session.index import IndexUnusable
+    from station.session.leaves.index import IndexUnusable
     from station.storage.session_folder import is_session
 
     path = Path(name)

@@ -17,8 +17,8 @@ from station.progress import progress_on
 
 if TYPE_CHECKING:
     from station.archive.check import ExportProblem
-    from station.session.reproduce import Reproduced
-    from station.session.verify import Problem
+    from station.session.derivation.reproduce import Reproduced
+    from station.session.fixity.verify import Problem
 
 Jobs = Annotated[
     int | None,
@@ -33,8 +33,8 @@ def verify(session: Named, jobs: Jobs = None, index: Index = None, as_json: Json
     """
     with report_faults(debug=debug):
         from station.archive.check import AGAIN, check_export, is_export
-        from station.session.verify import NotSound
-        from station.session.verify import verify as inspect
+        from station.session.fixity.verify import NotSound
+        from station.session.fixity.verify import verify as inspect
 
         problems: Sequence[Problem | ExportProblem]
         if is_export(Path(session)):
@@ -71,8 +71,8 @@ def repair(
     A file that is replaced is kept next to the session.
     """
     with report_faults(debug=debug):
-        from station.session.repair import repair as repair_session
-        from station.session.verify import NotSound
+        from station.session.fixity.repair import repair as repair_session
+        from station.session.fixity.verify import NotSound
 
         folder = find_session(index, session)
         done = repair_session(folder, copy=copy)
@@ -98,8 +98,8 @@ def reproduce(session: Named, index: Index = None, as_json: Json = False, debug:
         import tempfile
 
         from station.session import read_session
-        from station.session.reproduce import reproduce as derive_again
-        from station.session.verify import NotSound
+        from station.session.derivation.reproduce import reproduce as derive_again
+        from station.session.fixity.verify import NotSound
 
         stored = read_session(find_session(index, session))
         runs: list[Reproduced] = []
@@ -145,8 +145,8 @@ def reindex(
 ) -> None:
     """Rebuild the index of sessions from their folders."""
     with report_faults(debug=debug):
-        from station.session.index import reindex as rebuild
-        from station.session.index import sessions
+        from station.session.leaves.index import reindex as rebuild
+        from station.session.leaves.index import sessions
 
         skipped = [str(problem) for problem in rebuild(index_path(index), folders or [])]
         for problem in skipped:

@@ -49,7 +49,7 @@ def new(
         from station.config import build_model, load_config
         from station.errors import UsageError
         from station.session import Volume, create_session, read_session
-        from station.session.presets import load_preset
+        from station.session.terms.presets import load_preset
 
         if title and not title.strip():
             raise UsageError("--title: the title is blank", "give one, or leave it out: the folder's name is taken")
@@ -78,7 +78,7 @@ def list_sessions(index: Index = None, as_json: Json = False, debug: Debug = Fal
         import json
         from dataclasses import asdict
 
-        from station.session.index import sessions
+        from station.session.leaves.index import sessions
 
         entries = sessions(index_path(index))
         if as_json:
@@ -100,7 +100,7 @@ def show(session: Named, index: Index = None, as_json: Json = False, debug: Debu
         import json
 
         from station.session import read_session
-        from station.session.overview import overview, overview_lines
+        from station.session.leaves.overview import overview, overview_lines
 
         stored = read_session(find_session(index, session))
         print_result(
@@ -113,7 +113,7 @@ def show(session: Named, index: Index = None, as_json: Json = False, debug: Debu
 def recover(session: Named, index: Index = None, debug: Debug = False) -> None:
     """Recover a session after an interrupted run."""
     with report_faults(debug=debug), writing(index, session) as writer:
-        from station.session.overview import overview_lines
+        from station.session.leaves.overview import overview_lines
 
         print_result("\n".join(overview_lines(writer.session)))
 
@@ -138,8 +138,8 @@ def add(
     """
     with report_faults(debug=debug), writing(index, session) as writer:
         from station.errors import UsageError
-        from station.session.adding import add_original, add_originals
-        from station.session.photographs import add_photographs
+        from station.session.captures.originals import add_original, add_originals
+        from station.session.captures.photographs import add_photographs
 
         if photos:
             event = add_photographs(writer, files, page=page, scale=scale)
@@ -178,7 +178,7 @@ def set_(
     with report_faults(debug=debug), writing(index, session) as writer:
         from station.errors import UsageError
         from station.session import decide
-        from station.session.texts import check_text
+        from station.session.terms.texts import check_text
 
         if position is not None and not math.isfinite(position):
             raise UsageError(f"--position: {position} is not a place", "give a number: 3.5 is between 3 and 4")
@@ -238,7 +238,7 @@ def _step(
     words: what it is called, and called when done.
     """
     from station.errors import UsageError
-    from station.session.parts import STAGES
+    from station.session.terms.parts import STAGES
 
     with writing(index, session) as writer:
         if (page is None) != (stage is None):
@@ -262,13 +262,13 @@ def no_page(session: str, page: int) -> Exception:
 
 
 def index_path(given: Path | None) -> Path:
-    from station.session.index import default_index
+    from station.session.leaves.index import default_index
 
     return given or default_index(os.environ)
 
 
 def find_session(index: Path | None, name: str) -> Path:
-    from station.session.index import find
+    from station.session.leaves.index import find
 
     return find(index_path(index), name)
 
@@ -276,7 +276,7 @@ def find_session(index: Path | None, name: str) -> Path:
 def enter(index: Path | None, session: Session) -> None:
     """Enter a session in the index; a fault of the index is a note, no more."""
     from restore import BadInput
-    from station.session.index import IndexUnusable, update
+    from station.session.leaves.index import IndexUnusable, update
 
     try:
         update(index_path(index), session)

@@ -27,7 +27,7 @@ def sheet(
 
         from station.archive.contact_sheet import contact_sheet
         from station.session import read_session
-        from station.session.leaves import leaves_of
+        from station.session.leaves.leaf import leaves_of
         from station.storage.atomic import lock_output_folder, refuse_existing, write_all
         from station.storage.session_folder import refuse_session
 

@@ -25,7 +25,7 @@ from station.console.faults import problem_of
 from station.progress import Progress
 from station.run.options import RunOptions
 from station.session import read_session
-from station.session.verify import verify
+from station.session.fixity.verify import verify
 from station.storage.disk import free_folder
 from station.workers.background import prepare_worker
 from station.workers.executors import local_workers

@@ -13,22 +13,14 @@ correcting  corrections made, undo and redo with the restorations that fit
 volume    what a session is of
 """
 
-from station.session.correcting import add_rule, correct, redo, undo
-from station.session.events import VOLUME, Event, Input, slot_of
-from station.session.history import History, Page
-from station.session.reading import SessionDamaged
-from station.session.steps import (
-    add_files,
-    add_scan,
-    decide,
-    move,
-    record_run,
-    redo_run,
-    scan_path,
-    undo_run,
-)
-from station.session.store import Session, SessionBroken, Writer, create_session, open_session, read_session
-from station.session.volume import Volume
+from station.session.captures.scans import add_files, add_scan, scan_path
+from station.session.log.events import VOLUME, Event, Input, slot_of
+from station.session.log.history import History, Page
+from station.session.log.reading import SessionDamaged
+from station.session.log.steps import decide, move, record_run, redo_run, undo_run
+from station.session.log.store import Session, SessionBroken, Writer, create_session, open_session, read_session
+from station.session.operations.corrections import add_rule, correct, redo, undo
+from station.session.terms.volume import Volume
 
 __all__ = [
     "VOLUME",

@@ -16,7 +16,7 @@ from starlette.exceptions import HTTPException
 from station.console.faults import REPORTED, ConsoleFault, fault_of
 from station.console.state.app_state import AppState
 from station.console.state.control import PROGRAM, agent_of
-from station.session.events import MAX_NUMBER, MAX_PAGE
+from station.session.log.events import MAX_NUMBER, MAX_PAGE
 
 IMMUTABLE = "private, max-age=31536000, immutable"
 LOG = logging.getLogger("planish.console")

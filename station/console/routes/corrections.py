@@ -10,7 +10,7 @@ from station.console.routes.answers import FAULTS, Acting, Looking, PageNumber, 
 from station.console.routes.requests import Corrections, NewRule
 from station.console.shown_pages.corrections import corrections_of, shown_page
 from station.console.state.correcting import apply_rule, correct_page, plan_rule
-from station.session.rules import Scope
+from station.session.terms.rules import Scope
 
 router = APIRouter(prefix="/api", responses=FAULTS)
 

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from station.archive.formats import Format
-from station.session.events import MAX_NUMBER, MAX_PAGE
-from station.session.labelling import Run
-from station.session.volume import MAX_TEXT
+from station.session.log.events import MAX_NUMBER, MAX_PAGE
+from station.session.terms.labels import Run
+from station.session.terms.volume import MAX_TEXT
 
 MAX_NOTE = 2000
 NAME = r"^[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}$"

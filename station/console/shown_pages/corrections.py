@@ -7,10 +7,11 @@ from typing import Any
 from restore import Settings
 from station.console.faults import ConsoleFault
 from station.session import Page, Session
-from station.session.corrections import effective_edits, layers_of, needs_restoration, own_edits, rules_of
-from station.session.current_preset import preset_of
-from station.session.parts import RESTORE, parts_of
-from station.session.rules import EDITS
+from station.session.corrections.layers import effective_edits, layers_of, own_edits, rules_of
+from station.session.derivation.parameters import needs_restoration
+from station.session.log.current import preset_of
+from station.session.terms.parts import RESTORE, parts_of
+from station.session.terms.rules import EDITS
 
 
 def shown_page(session: Session, number: int) -> Page:
@@ -31,7 +32,7 @@ def tag_of(session: Session, page: Page) -> int:
     assert capture is not None
     if event is None:
         return capture.number
-    over = (rule.id for rule in rules_of(session) if rule.is_over(event, capture, session.history))
+    over = (rule.id for rule in rules_of(session) if rule.is_over(event.number, session.history.shots(capture)))
     return max([event.number, *over])
 
 

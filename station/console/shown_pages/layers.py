@@ -21,8 +21,8 @@ from station.console.faults import ConsoleFault
 from station.images.coverage import COLOURS
 from station.page_files.page_model import decode_model
 from station.session import Event, Session, scan_path
-from station.session.parts import PAGE, STEM
-from station.session.photographs import first_picture, is_set
+from station.session.captures.photographs import first_picture, is_set
+from station.session.terms.parts import PAGE, STEM
 
 MAX_PIXELS = 120_000_000  # of a picture that is shown: 360 MB as it is drawn
 MAX_MODEL_BYTES = 2**27  # of the mesh of a page: an A3 page has 20 MB

@@ -8,9 +8,9 @@ from typing import Any
 
 from station.console.shown_pages.layers import prefix_of
 from station.session import VOLUME, Session
-from station.session.labelling import LABELS
-from station.session.leaves import LABEL, LEFT_OUT, MISSING, ORDER, Leaf, leaves_of, runs_of
-from station.session.parts import RESTORE, parts_of
+from station.session.leaves.leaf import LABEL, LEFT_OUT, MISSING, ORDER, Leaf, leaves_of, runs_of
+from station.session.terms.labels import LABELS
+from station.session.terms.parts import RESTORE, parts_of
 from station.verdict.checks import same_as
 
 

@@ -17,7 +17,7 @@ from station.console.shown_pages.strain import end_of_scale
 from station.page_files.mesh import unit_square
 from station.page_files.model import MM_PER_INCH, centred, encode_arrays
 from station.session import Event, Session
-from station.session.parts import PAGE, parts_of
+from station.session.terms.parts import PAGE, parts_of
 
 KINDS = ("scan", "mesh", "steps")
 PX_PER_MM = 2.0  # of the map by which lengths are measured: finer than the mesh's faces

@@ -19,11 +19,11 @@ from station.console.shown_pages.layers import (
 from station.console.shown_pages.leaves import leaf_tag
 from station.console.shown_pages.units import UNITS
 from station.session import VOLUME, Event, Page, Session
-from station.session.corrections import outdated_pages
-from station.session.index import level_of, state_of
-from station.session.leaves import Leaf, label_of, leaves_by_page
-from station.session.parts import RESTORE, VERDICT, errors_of, parts_of
-from station.session.stages import PAGE
+from station.session.derivation.parameters import outdated_pages
+from station.session.derivation.restoration import PAGE
+from station.session.leaves.index import level_of, state_of
+from station.session.leaves.leaf import Leaf, label_of, leaves_by_page
+from station.session.terms.parts import RESTORE, VERDICT, errors_of, parts_of
 from station.verdict.checks import LEVELS, OPERATOR_CHECKS
 
 Row = dict[str, Any]

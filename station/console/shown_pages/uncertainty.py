@@ -11,7 +11,7 @@ from station.console.shown_pages.layers import file_of_layer, opened, stored_fil
 from station.console.shown_pages.tiles import StoredPyramid, build_pyramid
 from station.pictures.strain import UNSIGNED, round_up
 from station.session import Event, Session
-from station.session.parts import PAGE, parts_of
+from station.session.terms.parts import PAGE, parts_of
 
 SHOWN_PERCENT = 99.0  # of the pixels are within the scale: one corner must not hide the rest
 OPACITY = 190

@@ -40,13 +40,13 @@ from station.console.state.scanner import Open, ScannerOwner
 from station.console.state.shown import session_state, stamp, state_of
 from station.errors import explain
 from station.run.small_page import get_ready
-from station.session.current_preset import preset_of
-from station.session.facts import SETTINGS
-from station.session.keeping import restore_keeping
-from station.session.presets import Preset
-from station.session.reading import VERIFY, SessionDamaged
-from station.session.store import Session, read_session, utc
-from station.session.texts import check_text
+from station.session.derivation.keeping import restore_keeping
+from station.session.log.current import preset_of
+from station.session.log.facts import SETTINGS
+from station.session.log.reading import VERIFY, SessionDamaged
+from station.session.log.store import Session, read_session, utc
+from station.session.terms.presets import Preset
+from station.session.terms.texts import check_text
 from station.verdict.thresholds import Thresholds
 from station.workers.background import background
 

@@ -9,10 +9,10 @@ from station.console.faults import ConsoleFault
 from station.console.shown_pages.leaves import arrangement_tag, leaf_tag, shown_leaves
 from station.console.state.open_session import WritableSession
 from station.session import Session, decide
-from station.session.labelling import MAX_MISSING, MAX_RUNS, Run
-from station.session.leaves import LABEL, ORDER, Leaf, leaves_of, missing_of, runs_of
-from station.session.ordering import leave_out, set_label, set_missing, set_runs
-from station.session.texts import check_text
+from station.session.leaves.leaf import LABEL, ORDER, Leaf, leaves_of, missing_of, runs_of
+from station.session.operations.arrangement import leave_out, set_label, set_missing, set_runs
+from station.session.terms.labels import MAX_MISSING, MAX_RUNS, Run
+from station.session.terms.texts import check_text
 
 
 def move_leaves(opened: WritableSession, moved: Sequence[str], before: str | None, tag: int) -> None:

@@ -11,10 +11,10 @@ from station.console.faults import ConsoleFault
 from station.console.shown_pages.corrections import corrections_of, shown_page, tag_of
 from station.console.state.open_session import WritableSession
 from station.session import Session
-from station.session.applying import kept_fields
-from station.session.corrections import own_edits, rules_of
-from station.session.history import CAPTURE
-from station.session.rules import Rule, Scope, Table, edits_of
+from station.session.corrections.layers import own_edits, rules_of
+from station.session.corrections.scope import kept_fields
+from station.session.log.history import CAPTURE
+from station.session.terms.rules import Rule, Scope, Table, edits_of
 
 OF_ONE_SCAN = ("spine", "scan")  # fields that fit no other scan
 HINT = "see docs/how-to/opened-books.md for the fields"
@@ -74,7 +74,7 @@ def apply_rule(opened: WritableSession, scope: Scope, edits: Table) -> dict[str,
 
 def _pages_of(session: Session, rule: Rule) -> dict[str, Any]:
     """Return the pages that a rule is on, and the fields of it that they keep."""
-    pages = [one for one in session.history.pages() if one.capture and rule.is_on(one.capture, session.history)]
+    pages = [one for one in session.history.pages() if one.capture and rule.is_on(session.history.shots(one.capture))]
     kept = {page.number: kept_fields(own_edits(session, page), rule.edits) for page in pages}
     return {"pages": [*kept], "own": {page: fields for page, fields in kept.items() if fields}}
 

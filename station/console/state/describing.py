@@ -10,8 +10,9 @@ from station.capture_loop.loop import CaptureLoop
 from station.console.faults import ConsoleFault
 from station.console.state.open_session import WritableSession
 from station.session import Session, decide
-from station.session.about import ABOUT, about_from, about_of
-from station.session.events import VOLUME
+from station.session.log.current import about_of
+from station.session.log.events import VOLUME
+from station.session.terms.about import ABOUT, about_from
 
 
 def shown_about(session: Session) -> dict[str, Any]:

@@ -20,12 +20,12 @@ from station.capture_loop.turning import Place, stay
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.rows import Row, rows_of
 from station.session import Page, Session, decide, open_session, read_session
-from station.session.bag import LOG, TAG_MANIFEST
-from station.session.checking import lacks_verdict
-from station.session.corrections import needs_restoration
-from station.session.keeping import restore_keeping
-from station.session.stages import Submit
-from station.session.store import identity_of
+from station.session.derivation.keeping import restore_keeping
+from station.session.derivation.parameters import needs_restoration
+from station.session.derivation.quality import lacks_verdict
+from station.session.derivation.restoration import Submit
+from station.session.log.bag import LOG, TAG_MANIFEST
+from station.session.log.store import identity_of
 from station.workers.background import background
 
 DECISION_S = 150.0  # for a decision to be recorded: after the shot that is under way, at the latest

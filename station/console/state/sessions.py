@@ -8,8 +8,8 @@ from typing import Any
 
 from station.console.faults import ConsoleFault, problem_of
 from station.session import Session, Volume, create_session, read_session
-from station.session.index import entries_of
-from station.session.presets import PRESETS, load_preset
+from station.session.leaves.index import entries_of
+from station.session.terms.presets import PRESETS, load_preset
 from station.storage.folder_lock import HOLDER_BYTES, LOCK, WORK
 from station.storage.session_folder import is_session
 from station.words.words import check_language, find_tesseract

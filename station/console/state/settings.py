@@ -18,8 +18,8 @@ from restore import Settings
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.units import UNITS
 from station.session import VOLUME, Session
-from station.session.facts import SETTINGS
-from station.session.presets import Preset, changed_preset
+from station.session.log.facts import SETTINGS
+from station.session.terms.presets import Preset, changed_preset
 from station.verdict.thresholds import Thresholds, check_limits
 
 CAPTURE, RESTORE, VERDICT = "capture", "restore", "verdict"

@@ -11,8 +11,8 @@ from station.console.state.control import Control
 from station.console.state.jobs import Jobs
 from station.console.state.open_session import OpenSession
 from station.console.state.scanner import ScannerOwner
-from station.session.history import redo_target, undo_target
-from station.session.leaves import missing_labels
+from station.session.leaves.leaf import missing_labels
+from station.session.log.history import redo_target, undo_target
 from station.version import software_version
 
 SHOWN_JOBS = 20

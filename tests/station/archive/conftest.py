@@ -15,7 +15,7 @@ from station.archive.volume import Event, Page, Role, StoredFile, Volume
 from station.images.image_metadata import ImageMetadata
 from station.images.png import encode_png
 from station.page_files.pdf import encode_pdf
-from station.session.store import file_digest
+from station.session.log.store import file_digest
 from station.words.words import recognise
 from tests.station.conftest import curl_scan
 

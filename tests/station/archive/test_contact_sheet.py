@@ -11,8 +11,8 @@ from station.archive.contact_sheet import contact_sheet
 from station.cli import main
 from station.images.png import encode_png
 from station.session import Volume, add_scan, create_session, open_session, read_session, record_run
-from station.session.parts import RESTORE
-from station.session.verify import verify
+from station.session.fixity.verify import verify
+from station.session.terms.parts import RESTORE
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from station.archive.deliver import deliver
 from station.archive.formats import Format
 from station.archive.volume import Role, missing
 from station.errors import OverwriteError
-from station.session.bag import MANIFEST
+from station.session.log.bag import MANIFEST
 from tests.station.archive.conftest import NOW, STRANGE
 
 ADDRESS = "https://example.org/v"

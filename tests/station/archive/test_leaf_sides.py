@@ -17,10 +17,10 @@ from station.images.coverage import encode_coverage
 from station.images.pages import read_page
 from station.images.png import encode_png
 from station.session import Volume, add_scan, create_session, decide, open_session, record_run
-from station.session.about import ABOUT
-from station.session.correcting import correct
-from station.session.labelling import LABELS
-from station.session.leaves import leaves_of
+from station.session.leaves.leaf import leaves_of
+from station.session.operations.corrections import correct
+from station.session.terms.about import ABOUT
+from station.session.terms.labels import LABELS
 from tests.station.archive.schema import schema, violations
 from tests.station.conftest import curl_scan
 

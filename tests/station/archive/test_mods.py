@@ -9,8 +9,8 @@ import pytest
 
 from station.archive.mets import encode_mets
 from station.archive.mods import encode_mods
-from station.session.about import About, Identifier
-from station.session.about_files import read_about
+from station.session.terms.about import About, Identifier
+from station.session.terms.about_files import read_about
 from tests.station.archive.conftest import NOW
 from tests.station.archive.schema import schema, violations
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from station.archive.page_labels import label_ranges
-from station.session.labelling import Run
+from station.session.terms.labels import Run
 
 LABELS = st.lists(
     st.one_of(st.sampled_from(["i", "ii", "C", "D", "0", "007", "12v–13r", "[4]", ""]), st.text(max_size=4))

@@ -16,9 +16,9 @@ from station.batch.sessions import SessionBatch, SessionTask, plan_session, rest
 from station.cli import main
 from station.errors import FolderInUse, UsageError
 from station.session import Volume, add_files, create_session, open_session, read_session, undo_run
-from station.session.adding import add_original
-from station.session.parts import RESTORE, VERDICT
-from station.session.presets import Preset
+from station.session.captures.originals import add_original
+from station.session.terms.parts import RESTORE, VERDICT
+from station.session.terms.presets import Preset
 from station.storage.session_folder import is_session
 from station.verdict.checks import LEVELS
 from station.workers.executors import Workers, local_workers

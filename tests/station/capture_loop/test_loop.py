@@ -17,11 +17,11 @@ from restore import RangeScan
 from station.capture_loop import loop as loop_module
 from station.capture_loop.loop import CaptureLoop
 from station.session import Page, Volume, add_scan, correct, create_session, open_session, read_session
-from station.session.carrying import carried_edits
-from station.session.index import state_of
-from station.session.presets import load_preset
-from station.session.stages import Run
-from station.session.verify import verify
+from station.session.corrections.transfer import carried_edits
+from station.session.derivation.restoration import Run
+from station.session.fixity.verify import verify
+from station.session.leaves.index import state_of
+from station.session.terms.presets import load_preset
 from station.verdict.same_page import fingerprint
 
 GOOD = {

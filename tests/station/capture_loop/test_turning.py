@@ -10,7 +10,7 @@ from drivers import ScannerError
 from station.capture_loop.loop import CaptureLoop
 from station.capture_loop.turning import Place, place_of, turn
 from station.session import Volume, add_scan, create_session, open_session, undo
-from station.session.presets import load_preset
+from station.session.terms.presets import load_preset
 
 
 @pytest.fixture

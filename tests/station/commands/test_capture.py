@@ -12,7 +12,7 @@ import drivers
 from restore import load_scan
 from station.cli import main
 from station.session import read_session, scan_path
-from station.session.verify import verify
+from station.session.fixity.verify import verify
 from tests.station.conftest import StandInScanner
 
 

@@ -9,9 +9,9 @@ import pytest
 from oracles.tiny_scan import tiny_scan
 from station.cli import main
 from station.session import Volume, add_scan, create_session, open_session, read_session, record_run
-from station.session.corrections import effective_edits, own_edits
-from station.session.leaves import leaves_of
-from station.session.parts import RESTORE
+from station.session.corrections.layers import effective_edits, own_edits
+from station.session.leaves.leaf import leaves_of
+from station.session.terms.parts import RESTORE
 
 SPLIT = {"parts": {"left": {}, "right": {}}}
 

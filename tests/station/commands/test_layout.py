@@ -21,7 +21,7 @@ from station.session import (
     read_session,
     record_run,
 )
-from station.session.parts import RESTORE
+from station.session.terms.parts import RESTORE
 from tests.restore.layout.conftest import SPINE_MM, shot
 
 

@@ -22,7 +22,7 @@ from drivers.simulated.device.plate import PlateSensor
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.served_device import served
 from station.session import read_session
-from station.session.verify import verify
+from station.session.fixity.verify import verify
 from tests.station.console.conftest import TAB, WAIT_S, wait_for
 
 ASLEEP_S = 4.0  # longer than the sweep of a FINE shot: the scanner has ended it when the server wakes

@@ -11,7 +11,7 @@ import httpx
 import pytest
 
 from station.session import read_session
-from station.session.verify import verify
+from station.session.fixity.verify import verify
 from tests.station.console.conftest import WAIT_S, wait_for
 from tests.station.console.test_tls import ADDRESS, Files, files  # noqa: F401 — a fixture
 

@@ -13,7 +13,7 @@ from oracles.console.firefox import Deadline, Firefox, find_firefox, firefox
 from oracles.console.process import Console
 from station.console.vendored import PAGE, missing_files
 from station.session import read_session
-from station.session.verify import verify
+from station.session.fixity.verify import verify
 from tests.station.console_page.test_served import LONG_SHOT_S, console
 
 __all__ = ["console"]

@@ -17,7 +17,7 @@ import pytest
 from oracles.console.browser import READY_MS, window
 from oracles.console.process import Console, console_of
 from station.session import read_session
-from station.session.verify import verify
+from station.session.fixity.verify import verify
 from tests.station.console.conftest import wait_for
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import pytest
 from oracles.console import CannedStation
 from oracles.console.browser import violations, window
 from station.console.vendored import PAGE
-from station.session.leaves import leaves_of
+from station.session.leaves.leaf import leaves_of
 from tests.station.conftest import curl_scan
 from tests.station.console.conftest import GatedScanner, StandInRestorer, root, serving
 from tests.station.console.routes.test_pages import shoot

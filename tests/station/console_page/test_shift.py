@@ -14,8 +14,8 @@ from oracles.console.browser import window
 from oracles.console.keyboard import wait_until_current
 from oracles.console.process import Console
 from station.session import read_session
-from station.session.overview import overview
-from station.session.verify import verify
+from station.session.fixity.verify import verify
+from station.session.leaves.overview import overview
 from tests.station.console_page.test_served import WAIT_MS, begin, console, shoot
 
 if TYPE_CHECKING:

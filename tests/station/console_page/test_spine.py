@@ -15,7 +15,7 @@ from oracles.console.browser import server_answer, window
 from oracles.console.process import Console
 from restore import RangeScan
 from station.session import Volume, add_scan, create_session, open_session
-from station.session.presets import load_preset
+from station.session.terms.presets import load_preset
 from tests.station.console.conftest import wait_for
 from tests.station.console_page.test_served import WAIT_MS, console
 

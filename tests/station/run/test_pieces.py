@@ -17,8 +17,8 @@ from restore.scan import RangeScan, SurfaceMesh
 from station.choices import Sheets
 from station.cli import main
 from station.run.pieces import select_sheets
-from station.session.presets import load_preset
-from station.session.stages import run_restore
+from station.session.derivation.restoration import run_restore
+from station.session.terms.presets import load_preset
 from station.verdict.checks import check_measures
 from station.verdict.measures import left_out_fraction
 

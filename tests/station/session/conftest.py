@@ -12,7 +12,7 @@ import pytest
 from oracles.tiny_scan import tiny_scan as make_tiny_scan
 from restore import RangeScan
 from station.session import Volume, Writer, add_scan, create_session, open_session
-from station.session.presets import load_preset
+from station.session.terms.presets import load_preset
 from tests.restore.layout.conftest import shot
 
 

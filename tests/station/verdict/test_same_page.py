@@ -8,7 +8,7 @@ import pytest
 
 from drivers.simulated import Text
 from restore.scan import Bytes
-from station.session.presets import load_preset
+from station.session.terms.presets import load_preset
 from station.verdict.same_page import fingerprint, similarity
 
 PAGE_MM = (148.0, 210.0)

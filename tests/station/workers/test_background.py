@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from station.session.stages import run_restore
+from station.session.derivation.restoration import run_restore
 from station.workers.background import background
 
 MISSING = "scan that is not there"

@@ -10,7 +10,7 @@ import pytest
 from drivers.scanner import LASER_MAY_BE_ON, DeviceError, TransportError
 from station.console.state.scanner import ScannerOwner
 from station.session import open_session, read_session
-from station.session.verify import verify
+from station.session.fixity.verify import verify
 from tests.station.conftest import curl_scan
 from tests.station.console.conftest import TAB, GatedScanner, StandInRestorer, serving, wait_for
 

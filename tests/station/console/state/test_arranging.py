@@ -10,7 +10,7 @@ from station.console.state.arranging import change_leaf, leaf_named, move_leaves
 from station.console.state.open_session import WritableSession
 from station.errors import UsageError
 from station.session import add_scan, open_session
-from station.session.leaves import leaves_of
+from station.session.leaves.leaf import leaves_of
 from tests.station.conftest import curl_scan
 from tests.station.console.conftest import StandInRestorer
 from tests.station.console.state.test_open_session import listener

@@ -6,17 +6,17 @@ import shutil
 from pathlib import Path
 
 import pytest
+from tests.station.session.test_facts import events, written
 
 from restore import BadInput
 from station.console.state import sessions
 from station.errors import UsageError
 from station.session import SessionDamaged, open_session, read_session
-from station.session.current_preset import preset_of
-from station.session.tree import tree_digests
+from station.session.fixity.tree import tree_digests
+from station.session.log.current import preset_of
 from station.storage.folder_lock import WORK
 from tests.station.conftest import curl_scan
 from tests.station.console.conftest import GatedScanner, StandInRestorer, serving
-from tests.station.session.test_facts import events, written
 
 
 def test_a_session_is_made_opened_and_closed(client, root):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from station.session import read_session
-from station.session.current_preset import preset_of
+from station.session.log.current import preset_of
 from tests.station.console.conftest import wait_for
 
 

@@ -1,0 +1,1 @@
+"""Originals of a page: scans of the scanner, scans and photographs of others."""

@@ -1,0 +1,1 @@
+"""Corrections of a page: its own, those of rules, those carried over."""

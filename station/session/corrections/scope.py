@@ -1,0 +1,89 @@
+"""Plan a rule: which pages it is on, and which of them have corrections of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from station.errors import UsageError
+from station.session.corrections.fields import changed, fields_of
+from station.session.corrections.layers import own_edits
+from station.session.log.history import Page
+from station.session.log.store import Session
+from station.session.terms.parts import PARTS, parse_leaf, parse_pages
+from station.session.terms.rules import Scope
+
+FOLLOWING = "following:"
+OF_ONE_SCAN = ("spine", "outline")  # fields that fit no other scan
+SIDES: Mapping[str, Literal["left", "right"]] = {"left": "left", "right": "right"}
+
+
+@dataclass(frozen=True)
+class PlannedRule:
+    """A rule before it is recorded.
+
+    pages: that it is on. own: page → fields of the rule that the page has itself, and keeps.
+    """
+
+    scope: Scope
+    edits: Mapping[str, Any]
+    pages: tuple[int, ...]
+    own: Mapping[int, tuple[str, ...]]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the rule as JSON values."""
+        scope = self.scope.model_dump(mode="json", exclude={"over"})
+        return {"scope": scope, "edits": self.edits, "pages": list(self.pages), "own_corrections": self.own}
+
+    def lines(self) -> Iterator[str]:
+        """Return what an operator has to know of it."""
+        yield f"pages      {', '.join(map(str, self.pages)) or 'only later ones'}"
+        for page, names in self.own.items():
+            yield f"own        page {page}: its {', '.join(names)} is kept"
+        if self.scope.future:
+            yield "future     pages that are captured later, too"
+
+
+def planned_rule(session: Session, words: Sequence[str], to: str, *, future: bool) -> PlannedRule:
+    """Plan a rule. words: `FIELD=VALUE`; to: all, left, right, following:PAGE, or `3,5-8`.
+
+    Raises UsageError for a field or pages that a rule cannot have, BadInput for a value that cannot be.
+    """
+    for word in words:
+        if word.partition("=")[0] in OF_ONE_SCAN or word.endswith("="):
+            raise UsageError(f"a rule cannot set {word!r}", "set it on each page: planish session edits")
+    side = SIDES.get(to)
+    edits = changed({}, words, [side] if side else PARTS)
+    if side and set(edits) != {"parts"}:
+        raise UsageError(f"--to {to} is for fields of a leaf, and not of the whole page", "use --to all, or name pages")
+    pages = _pages(session, to)
+    scope = Scope(
+        captures="all" if to in ("all", *SIDES) else [page.capture.number for page in pages if page.capture],
+        side=side or "any",
+        future=future,
+    )
+    own = {page.number: kept for page in pages if (kept := kept_fields(own_edits(session, page), edits))}
+    return PlannedRule(scope, edits, tuple(page.number for page in pages), own)
+
+
+def _pages(session: Session, to: str) -> list[Page]:
+    """Return the pages that a text names. Raises UsageError."""
+    pages = list(session.history.pages())
+    if to in ("all", *SIDES):
+        return pages
+    numbers = [page.number for page in pages]
+    if to.startswith(FOLLOWING):
+        first, _ = parse_leaf(to.removeprefix(FOLLOWING))
+        wanted = numbers[numbers.index(first) :] if first in numbers else [first]
+    else:
+        wanted = parse_pages(to)
+    unknown = [number for number in wanted if number not in numbers]
+    if unknown:
+        raise UsageError(f"the session has no page {unknown[0]}", "planish session show lists its pages")
+    return [page for page in pages if page.number in wanted]
+
+
+def kept_fields(own: Mapping[str, Any], edits: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the fields of a rule that a page has itself, and keeps."""
+    return tuple(name for name in fields_of(own) if name in fields_of(edits) and not name.endswith(".masks"))

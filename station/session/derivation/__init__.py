@@ -1,0 +1,1 @@
+"""What is derived from an original: restoration and quality check."""

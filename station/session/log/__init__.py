@@ -1,0 +1,1 @@
+"""The log of a session: events, their facts, the folded state, the bag."""

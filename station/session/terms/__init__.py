@@ -1,0 +1,1 @@
+"""What a decision may say: description, labels, presets, rules, parts."""

@@ -1,0 +1,32 @@
+"""Parts of a restoration: which there are, what was measured, which files are theirs."""
+
+from __future__ import annotations
+
+from station.session.log.derivatives import file_of
+from station.session.log.events import Event
+from station.session.terms.parts import errors_of, measured_parts, parts_of
+
+LEAVES = {"parts": {"left": {"measures": {"hole_mm": 1.0}}, "right": {"error": "dark", "hint": "light"}, "page": {}}}
+
+
+def test_a_result_of_before_is_one_page():
+    assert parts_of({}) == {"page": {}}
+    assert parts_of({"measures": {}}) == {"page": {"measures": {}}}
+    assert parts_of({"part": "of a lamp"}) == {"page": {"part": "of a lamp"}}
+
+
+def test_leaves_come_from_left_to_right_without_the_whole():
+    assert list(parts_of({"parts": dict(reversed(LEAVES["parts"].items()))})) == ["left", "right"]
+    assert measured_parts(LEAVES) == {"left": {"hole_mm": 1.0}}
+    assert list(errors_of(LEAVES)) == [("right", "dark", "light")]
+
+
+def test_files_of_a_part():
+    def run(result, *files):
+        return Event(2, 1, "stage", "restore@1", None, "", "", {"result": result}, (), dict.fromkeys(files, ""))
+
+    assert file_of(run({}, "page.png"), "page") == "page.png"
+    assert file_of(run({"part": "right"}, "page.png"), "right") == "page.png"
+    split = run(LEAVES, "page-left.png", "page-left-coverage.png", "page.png")
+    assert file_of(split, "left", "-coverage.png") == "page-left-coverage.png"
+    assert (file_of(split, "page"), file_of(split, "right")) == ("page.png", None)
