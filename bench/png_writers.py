@@ -1,7 +1,8 @@
 """Measure writers of PNG on restored pages (`bench.png_writers`).
 
-Of each, the processor time and the size, against `restore.formats.png`. Writers that are not installed are left out:
-`pip install zlib-ng isal deflate imagecodecs` adds four, the first three behind this package's own filter of rows.
+Of each, the processor time and the size, against `restore.formats.parsing.png`. Writers that are not installed
+are left out: `pip install zlib-ng isal deflate imagecodecs` adds four, the first three behind this package's own
+filter of rows.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from PIL import Image
 
 from drivers.simulated import Curl, Figure, Text, shoot
 from restore import Settings, restore
-from restore.formats.png import filtered_rows, png_parts
+from restore.formats.parsing.png import filtered_rows, png_parts
 from restore.scan import Bytes
 
 REPEATS = 3
@@ -45,7 +46,7 @@ def main() -> None:
 
 def writers() -> dict[str, Callable[[Bytes], bytes]]:
     """Return the writers that are installed, ours first."""
-    found: dict[str, Callable[[Bytes], bytes]] = {"restore.formats.png": lambda page: b"".join(png_parts(page))}
+    found: dict[str, Callable[[Bytes], bytes]] = {"restore.formats.parsing.png": lambda page: b"".join(png_parts(page))}
     for level in LEVELS:
         found[f"Pillow, level {level}"] = lambda page, level=level: _pillow(page, level)
         found[f"OpenCV, level {level}"] = lambda page, level=level: _opencv(page, level)

@@ -8,8 +8,8 @@ import numpy as np
 
 from drivers.simulated.scene.sheets import Sheet
 from restore.mesh.ordered_grid import grid_faces
-from restore.photogrammetry.page_surface import PageSurface
-from restore.photogrammetry.surface import Surface, fit_surface, grid_places, through_places
+from restore.photogrammetry.surfaces.page_surface import PageSurface
+from restore.photogrammetry.surfaces.surface import Surface, fit_surface, grid_places, through_places
 from restore.scan import Floats
 
 PAGE_MM = (240.0, 160.0)

@@ -23,7 +23,7 @@ CALLED_BY_OTHERS = {
     "drivers.simulated.scene.sheets.rulings",
     "drivers.vivid900.capture.shot_parameters",
     "restore.flattening.solution",
-    "restore.formats.trimesh_parser",
+    "restore.formats.gltf.trimesh_parser",
     "restore.photo.dense",
     "restore.photo.features",
     "restore.photo.reference",

@@ -12,7 +12,7 @@ from PIL import Image
 
 from restore import RangeScan, SurfaceMesh, save_scan
 from restore.formats import write_abs, write_obj, write_ply, write_vrml, write_vvd
-from restore.formats.mesh import texture_uv
+from restore.formats.parsing.mesh import texture_uv
 from restore.mesh.triangulate import triangulate
 from station.run.small_page import small_page
 

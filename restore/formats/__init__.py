@@ -12,26 +12,26 @@ from typing import TypeVar
 from restore.errors import BadInput
 from restore.formats.abs import read_abs, write_abs
 from restore.formats.captures import is_captures, read_captures
-from restore.formats.copies import merge_copies
+from restore.formats.cleaning.copies import merge_copies
+from restore.formats.cleaning.rounding import joined_by_rounding
+from restore.formats.cleaning.seams import without_seams
+from restore.formats.cleaning.texture_map import with_oriented_map
+from restore.formats.cleaning.vertex_colours import with_picture
 from restore.formats.folder import read_folder, save_scan
-from restore.formats.glb import read_glb, read_gltf
-from restore.formats.mesh import PaintedMesh
+from restore.formats.gltf.glb import read_glb, read_gltf
 from restore.formats.obj import read_obj, write_obj
 from restore.formats.older import current_provenance
-from restore.formats.picture import SUFFIXES as IMAGE_SUFFIXES
-from restore.formats.picture import encode_png, read_image
+from restore.formats.parsing.mesh import PaintedMesh
+from restore.formats.parsing.picture import SUFFIXES as IMAGE_SUFFIXES
+from restore.formats.parsing.picture import encode_png, read_image
+from restore.formats.parsing.png import png_parts
+from restore.formats.parsing.source import is_file, is_folder, read_bytes, scan_stem
+from restore.formats.parsing.unit import AUTO, check_unit, in_millimetres, of_voxels, rescale_mesh
 from restore.formats.ply import read_ply, write_ply
-from restore.formats.png import png_parts
 from restore.formats.references import referenced_files
-from restore.formats.rounding import joined_by_rounding
-from restore.formats.seams import without_seams
-from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
-from restore.formats.texture_map import with_oriented_map
 from restore.formats.tifxyz import is_tifxyz, read_tifxyz
-from restore.formats.unit import AUTO, check_unit, in_millimetres, of_voxels, rescale_mesh
 from restore.formats.vcps import read_vcps
-from restore.formats.vertex_colours import with_picture
 from restore.formats.vrml import read_vrml, write_vrml
 from restore.formats.vvd import read_vvd, write_vvd
 from restore.mesh.ordered_grid import GridMesh

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from restore.errors import BadInput
-from restore.formats.grid import check_grid, samples_in_picture
-from restore.formats.mesh import provenance
-from restore.formats.picture import adjacent_picture, read_image
-from restore.formats.source import CUT_SHORT, DAMAGED, is_file, parse_numbers, read_bytes
+from restore.formats.parsing.grid import check_grid, samples_in_picture
+from restore.formats.parsing.mesh import provenance
+from restore.formats.parsing.picture import adjacent_picture, read_image
+from restore.formats.parsing.source import CUT_SHORT, DAMAGED, is_file, parse_numbers, read_bytes
 from restore.numerics.units import MAX_COORDINATE_MM
 from restore.scan import Bytes, RangeScan
 

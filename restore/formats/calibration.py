@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from restore.errors import BadInput
-from restore.formats.source import DAMAGED, read_bytes
+from restore.formats.parsing.source import DAMAGED, read_bytes
 from restore.scan import Floats
 from restore.structured_light import Lens, Projector, Rig
 

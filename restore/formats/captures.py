@@ -18,8 +18,8 @@ from pydantic import BaseModel, ValidationError
 
 from restore.errors import BadInput
 from restore.formats.calibration import read_rig
-from restore.formats.picture import SUFFIXES, read_image
-from restore.formats.source import DAMAGED, is_file, read_bytes
+from restore.formats.parsing.picture import SUFFIXES, read_image
+from restore.formats.parsing.source import DAMAGED, is_file, read_bytes
 from restore.scan import Bytes, RangeScan
 from restore.structured_light import Projector, scan_captures
 

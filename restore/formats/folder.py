@@ -22,10 +22,10 @@ from pydantic import BaseModel, Field, ValidationError, field_validator
 
 from restore.errors import BadInput
 from restore.findings import Finding
-from restore.formats.grid import check_grid
 from restore.formats.older import current_provenance
-from restore.formats.picture import check_size, decode_picture, encode_png
-from restore.formats.source import DAMAGED, MAX_SAMPLES, is_file, read_bytes
+from restore.formats.parsing.grid import check_grid
+from restore.formats.parsing.picture import check_size, decode_picture, encode_png
+from restore.formats.parsing.source import DAMAGED, MAX_SAMPLES, is_file, read_bytes
 from restore.numerics.units import MAX_COORDINATE_MM
 from restore.runtime.arguments import checks_types
 from restore.runtime.threads import in_threads

@@ -14,12 +14,12 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.findings import NOTABLE, Finding
-from restore.formats.bare_faces import kept_faces
-from restore.formats.mesh import PaintedMesh, checked_mesh, fan_triangles, split_seams, texture_uv
+from restore.formats.cleaning.bare_faces import kept_faces
+from restore.formats.cleaning.packing import pack
 from restore.formats.obj_text import ObjText, parse_obj
-from restore.formats.packing import pack
-from restore.formats.picture import adjacent_picture, encode_png, read_image
-from restore.formats.source import (
+from restore.formats.parsing.mesh import PaintedMesh, checked_mesh, fan_triangles, split_seams, texture_uv
+from restore.formats.parsing.picture import adjacent_picture, encode_png, read_image
+from restore.formats.parsing.source import (
     CUT_SHORT,
     MISSING,
     ONE_SHOT,

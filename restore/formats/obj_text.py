@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
-from restore.formats.mesh import MAX_CORNERS, Numbers, check_counts
-from restore.formats.source import CUT_SHORT, DAMAGED, ONE_SHOT, parse_numbers
+from restore.formats.parsing.mesh import MAX_CORNERS, Numbers, check_counts
+from restore.formats.parsing.source import CUT_SHORT, DAMAGED, ONE_SHOT, parse_numbers
 from restore.runtime.threads import in_threads
 from restore.scan import Bytes, Floats, Ints
 

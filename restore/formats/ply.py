@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from restore.errors import BadInput
 from restore.findings import Finding
-from restore.formats.bare_faces import kept_faces
-from restore.formats.grid import check_grid, grid_polygons
-from restore.formats.mesh import (
+from restore.formats.cleaning.bare_faces import kept_faces
+from restore.formats.cleaning.packing import MAX_PICTURES, pack
+from restore.formats.obj import file_name
+from restore.formats.parsing.grid import check_grid, grid_polygons
+from restore.formats.parsing.mesh import (
     PaintedMesh,
     check_polygons,
     checked_mesh,
@@ -24,11 +26,9 @@ from restore.formats.mesh import (
     split_seams,
     texture_uv,
 )
-from restore.formats.obj import file_name
-from restore.formats.packing import MAX_PICTURES, pack
-from restore.formats.picture import encode_png, read_image
+from restore.formats.parsing.picture import encode_png, read_image
+from restore.formats.parsing.source import DAMAGED, MISSING, ONE_SHOT, find_reference, read_bytes
 from restore.formats.ply_data import PlyData, parse_ply
-from restore.formats.source import DAMAGED, MISSING, ONE_SHOT, find_reference, read_bytes
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
 # Names that are in use.

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
-from restore.formats.mesh import MAX_ITEMS, Numbers
-from restore.formats.records import find_lists, gather
-from restore.formats.source import CUT_SHORT, DAMAGED, ONE_SHOT, parse_numbers, without_mark
+from restore.formats.parsing.mesh import MAX_ITEMS, Numbers
+from restore.formats.parsing.records import find_lists, gather
+from restore.formats.parsing.source import CUT_SHORT, DAMAGED, ONE_SHOT, parse_numbers, without_mark
 
 MAX_HEADER_BYTES = 2**16  # a header is a page of text
 MAX_PROPERTIES = 64  # of an element; a vertex with position, normal, colour and texture coordinates has a dozen

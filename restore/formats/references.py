@@ -11,8 +11,8 @@ from pathlib import Path
 
 from restore.errors import BadInput
 from restore.formats.obj import picture_name
+from restore.formats.parsing.source import find_reference, is_file, read_bytes, with_newlines, without_mark
 from restore.formats.ply import own_name
-from restore.formats.source import find_reference, is_file, read_bytes, with_newlines, without_mark
 from restore.runtime.arguments import checks_types
 
 # By the end of a file's name: where the name of another file stands in it.

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from restore.errors import BadInput
-from restore.formats.doubled_lines import without_doubled_lines
-from restore.formats.grid import samples_in_picture
-from restore.formats.source import DAMAGED
+from restore.formats.cleaning.doubled_lines import without_doubled_lines
+from restore.formats.parsing.grid import samples_in_picture
+from restore.formats.parsing.source import DAMAGED
 from restore.mesh.adjacency import used_vertices
 from restore.mesh.ordered_grid import GridMesh, grid_faces
 from restore.scan import Bytes, Floats, Mask

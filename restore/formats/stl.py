@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from restore.errors import BadInput
 from restore.findings import Finding
-from restore.formats.mesh import PaintedMesh, check_counts, checked_mesh
-from restore.formats.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes, with_newlines, without_mark
+from restore.formats.parsing.mesh import PaintedMesh, check_counts, checked_mesh
+from restore.formats.parsing.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes, with_newlines, without_mark
 from restore.scan import Bytes, Floats
 
 HEADER_BYTES = 84  # 80 of any text, then the number of triangles

@@ -21,9 +21,9 @@ from PIL import Image, UnidentifiedImageError
 from pydantic import BaseModel, ValidationError
 
 from restore.errors import BadInput
-from restore.formats.picture import MAX_PIXELS
+from restore.formats.parsing.picture import MAX_PIXELS
+from restore.formats.parsing.source import CUT_SHORT, DAMAGED, is_file, read_bytes
 from restore.formats.segment import MAX_SEGMENT_POINTS, SMALLER, check_segment, segment_mesh
-from restore.formats.source import CUT_SHORT, DAMAGED, is_file, read_bytes
 from restore.mesh.ordered_grid import GridMesh
 from restore.scan import Bytes, Floats, Mask
 

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
-from restore.formats.picture import adjacent_picture
+from restore.formats.parsing.picture import adjacent_picture
+from restore.formats.parsing.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes
 from restore.formats.segment import MAX_SEGMENT_POINTS, check_segment, segment_mesh
-from restore.formats.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes
 from restore.mesh.ordered_grid import GridMesh
 from restore.scan import Bytes
 

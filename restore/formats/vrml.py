@@ -16,8 +16,8 @@ import numba
 import numpy as np
 
 from restore.errors import BadInput
-from restore.formats.grid import grid_polygons
-from restore.formats.mesh import (
+from restore.formats.parsing.grid import grid_polygons
+from restore.formats.parsing.mesh import (
     PaintedMesh,
     check_counts,
     check_polygons,
@@ -26,8 +26,8 @@ from restore.formats.mesh import (
     fan_triangles,
     split_seams,
 )
-from restore.formats.picture import encode_png, read_image
-from restore.formats.source import (
+from restore.formats.parsing.picture import encode_png, read_image
+from restore.formats.parsing.source import (
     CUT_SHORT,
     DAMAGED,
     ONE_SHOT,

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from restore.errors import BadInput
-from restore.formats.grid import grid_polygons
-from restore.formats.mesh import Numbers, PaintedMesh, check_counts, checked_mesh, fan_triangles
-from restore.formats.picture import encode_png
-from restore.formats.records import find_lists, gather
-from restore.formats.source import CUT_SHORT, DAMAGED, read_bytes
+from restore.formats.parsing.grid import grid_polygons
+from restore.formats.parsing.mesh import Numbers, PaintedMesh, check_counts, checked_mesh, fan_triangles
+from restore.formats.parsing.picture import encode_png
+from restore.formats.parsing.records import find_lists, gather
+from restore.formats.parsing.source import CUT_SHORT, DAMAGED, read_bytes
 from restore.scan import Bytes, RangeScan
 
 MAGIC = b"VIVID"

@@ -16,7 +16,7 @@ import numpy as np
 from restore.camera.photo_camera import PARAMETERS, PhotoCamera
 from restore.errors import BadInput
 from restore.formats.calibration import ORTHONORMAL
-from restore.formats.source import DAMAGED
+from restore.formats.parsing.source import DAMAGED
 from restore.scan import Floats
 
 MM_PER_METRE = 1000.0

@@ -23,7 +23,7 @@ from restore.phones import polycam, scanner_app
 from restore.phones.arkit import Frame
 from restore.phones.detect import is_polycam
 from restore.photo import Photograph, read_photograph
-from restore.photogrammetry.align import Similarity
+from restore.photogrammetry.cameras.align import Similarity
 from restore.photogrammetry.page import CardInView, PaperMasks, find_paper
 from restore.scan import Mask, SurfaceMesh
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from restore.formats.source import is_file, is_folder
+from restore.formats.parsing.source import is_file, is_folder
 
 POLYCAM_CAMERAS = ("keyframes/cameras", "keyframes/corrected_cameras")
 SCANNER_APP_MESHES = ("textured_output.obj", "export.obj", "export_refined.obj")

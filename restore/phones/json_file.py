@@ -8,7 +8,7 @@ from typing import TypeVar
 from pydantic import BaseModel, ValidationError
 
 from restore.errors import BadInput
-from restore.formats.source import DAMAGED, read_bytes
+from restore.formats.parsing.source import DAMAGED, read_bytes
 
 MAX_BYTES = 2**20  # a page of numbers
 Model = TypeVar("Model", bound=BaseModel)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from restore.errors import BadInput
 from restore.formats import load_scan
-from restore.formats.unit import AUTO
+from restore.formats.parsing.unit import AUTO
 from restore.phones.detect import is_phone_capture
 from restore.photo import Photograph
 from restore.runtime.arguments import checks_types

@@ -17,8 +17,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from restore.errors import BadInput
 from restore.findings import Finding
-from restore.formats.glb import read_glb
-from restore.formats.source import DAMAGED, is_file, is_folder
+from restore.formats.gltf.glb import read_glb
+from restore.formats.parsing.source import DAMAGED, is_file, is_folder
 from restore.phones.arkit import MM_PER_METRE, Frame, camera_of, world_to_mm
 from restore.phones.json_file import read_model
 from restore.scan import Bytes, Floats, SurfaceMesh

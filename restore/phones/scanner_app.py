@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from restore.errors import BadInput
 from restore.findings import Finding
 from restore.formats.obj import read_obj
-from restore.formats.source import DAMAGED, is_file
+from restore.formats.parsing.source import DAMAGED, is_file
 from restore.phones.arkit import Frame, camera_of, world_to_mm
 from restore.phones.detect import SCANNER_APP_FRAMES, SCANNER_APP_MESHES
 from restore.phones.json_file import read_model

@@ -12,14 +12,14 @@ import numpy as np
 
 from restore.camera.photo_camera import PhotoCamera, project_with_jacobian
 from restore.numerics.robust import CAUCHY, NEARLY_ALL, robust_sigma
-from restore.photogrammetry.align import (
+from restore.photogrammetry.cameras.align import (
     MIN_MARKERS,
     Similarity,
     agreeing_markers,
     fit_similarity,
     triangulate_markers,
 )
-from restore.photogrammetry.card import ScaleCard
+from restore.photogrammetry.cameras.card import ScaleCard
 from restore.photogrammetry.track import MIN_SIGMA_PX
 from restore.scan import Floats
 

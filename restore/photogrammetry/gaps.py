@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 from restore.numerics.robust import NEVER, OUTLYING
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea, ground_sample
-from restore.photogrammetry.relief import Cloud, Relief
-from restore.photogrammetry.surface import grid_places
+from restore.photogrammetry.surfaces.relief import Cloud, Relief
+from restore.photogrammetry.surfaces.surface import grid_places
 from restore.photogrammetry.sweep import sweep
 from restore.photogrammetry.track import MIN_SIMILAR, Patches, Picture
 from restore.scan import Floats, Mask

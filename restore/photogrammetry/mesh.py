@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import Delaunay, cKDTree
 
 from restore.photogrammetry.page import inside_polygon
-from restore.photogrammetry.page_surface import PageSurface
+from restore.photogrammetry.surfaces.page_surface import PageSurface
 from restore.scan import Floats, Ints
 
 VERTICES = 80_000  # a vertex to 0.9 mm of A4, a tenth of what a wave needs

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from restore.camera.photo_camera import PhotoCamera
-from restore.photogrammetry.align import Similarity, agreeing_markers, triangulate_markers, upright
-from restore.photogrammetry.bundle import Tracks
-from restore.photogrammetry.card import ScaleCard
+from restore.photogrammetry.cameras.align import Similarity, agreeing_markers, triangulate_markers, upright
+from restore.photogrammetry.cameras.bundle import Tracks
+from restore.photogrammetry.cameras.card import ScaleCard
 from restore.photogrammetry.card_pose import find_card
 from restore.scan import Floats
 

@@ -19,7 +19,7 @@ from scipy import ndimage
 from restore.camera.photo_camera import PhotoCamera
 from restore.mesh.raster import rasterise
 from restore.numerics.limits import TINY
-from restore.photogrammetry.page_surface import PageSurface
+from restore.photogrammetry.surfaces.page_surface import PageSurface
 from restore.photogrammetry.track import MIN_VIEWS
 from restore.scan import Bytes, Floats, Ints, Mask
 

@@ -18,7 +18,7 @@ from restore.camera.photo_camera import PhotoCamera, project_with_jacobian
 from restore.numerics.limits import TINY
 from restore.photogrammetry.boundary_gaps import SPACING_MM, at_corners, bridged, scattered, straightened
 from restore.photogrammetry.page import PaperMasks
-from restore.photogrammetry.page_surface import PageSurface
+from restore.photogrammetry.surfaces.page_surface import PageSurface
 from restore.photogrammetry.track import Picture
 from restore.scan import Floats, Ints, Mask
 

@@ -10,14 +10,14 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from restore.photogrammetry.boundary_gaps import SPACING_MM
-from restore.photogrammetry.folded import CREASE_MM, FoldedSurface, refold
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import CardInView, PaperMasks, inside_polygon, without_card
 from restore.photogrammetry.page_boundary import Edge, find_edge
-from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.refined import Fitted, filled_again
-from restore.photogrammetry.relief import Cloud, Relief, refine_relief
-from restore.photogrammetry.surface import fit_surface
+from restore.photogrammetry.surfaces.folded import CREASE_MM, FoldedSurface, refold
+from restore.photogrammetry.surfaces.page_surface import PageSurface
+from restore.photogrammetry.surfaces.relief import Cloud, Relief, refine_relief
+from restore.photogrammetry.surfaces.surface import fit_surface
 from restore.scan import Floats, Ints
 
 RIM_NOISE_MM = 0.1  # of the page's edge: a third of a pixel, and fibres

@@ -17,21 +17,21 @@ from restore.camera.photo_camera import PhotoCamera
 from restore.findings import NOTABLE, Finding
 from restore.photo.orientation import turned_like
 from restore.photo.photograph import Photograph
-from restore.photogrammetry.agreement import card_findings, find_markers, with_blur, without
-from restore.photogrammetry.align import MIN_VIEWS, Similarity
-from restore.photogrammetry.card import SCALE_CARD, ScaleCard, outline_in
+from restore.photogrammetry.cameras.agreement import card_findings, find_markers, with_blur, without
+from restore.photogrammetry.cameras.align import MIN_VIEWS, Similarity
+from restore.photogrammetry.cameras.card import SCALE_CARD, ScaleCard, outline_in
+from restore.photogrammetry.cameras.sparse import Progress, SparseModel, check_one_lens, reconstruct
 from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
-from restore.photogrammetry.folded import FoldedSurface
-from restore.photogrammetry.gutter import widths_across
 from restore.photogrammetry.mesh import mesh_within, stretch
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import CardInView, PaperMasks, find_paper, on_page
 from restore.photogrammetry.page_boundary_fit import fit_to_edge
-from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.refined import MISSED_SHARE, missed, refined
-from restore.photogrammetry.relief import Relief
-from restore.photogrammetry.sparse import Progress, SparseModel, check_one_lens, reconstruct
-from restore.photogrammetry.surface import STEP_MM
+from restore.photogrammetry.surfaces.folded import FoldedSurface
+from restore.photogrammetry.surfaces.gutter import widths_across
+from restore.photogrammetry.surfaces.page_surface import PageSurface
+from restore.photogrammetry.surfaces.relief import Relief
+from restore.photogrammetry.surfaces.surface import STEP_MM
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats, InterpolatedMesh
 from restore.texture.coverage import distance_to

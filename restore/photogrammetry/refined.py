@@ -11,16 +11,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from restore.photo.photograph import Photograph
-from restore.photogrammetry.copies import Copies, smoothed_copies
-from restore.photogrammetry.folded import FoldedSurface, fold
+from restore.photogrammetry.cameras.copies import Copies, smoothed_copies
+from restore.photogrammetry.cameras.sparse import Progress
 from restore.photogrammetry.gaps import fill_gaps
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea, PaperMasks, area_of_votes
 from restore.photogrammetry.page_boundary import find_rough_edge
-from restore.photogrammetry.page_surface import PageSurface
-from restore.photogrammetry.relief import Cloud, Relief, raise_relief, refine_relief
-from restore.photogrammetry.sparse import Progress
-from restore.photogrammetry.surface import Surface, choose_stiffness, fit_surface
+from restore.photogrammetry.surfaces.folded import FoldedSurface, fold
+from restore.photogrammetry.surfaces.page_surface import PageSurface
+from restore.photogrammetry.surfaces.relief import Cloud, Relief, raise_relief, refine_relief
+from restore.photogrammetry.surfaces.surface import Surface, choose_stiffness, fit_surface
 from restore.photogrammetry.track_and_adjust import COARSE, COARSE_SIDE, FACET_ROUNDS, FINE_SIDE, ROUNDS, play_round
 from restore.photogrammetry.unrolled import unrolled
 from restore.scan import Floats

@@ -11,15 +11,15 @@ from typing import TypeVar
 import numpy as np
 
 from restore.numerics.robust import SIGNIFICANT
-from restore.photogrammetry.agreement import check_found, check_optics, check_residuals, within
-from restore.photogrammetry.bundle import ROUGHLY, SETTLED, Tracks, adjust
-from restore.photogrammetry.copies import Copies
+from restore.photogrammetry.cameras.agreement import check_found, check_optics, check_residuals, within
+from restore.photogrammetry.cameras.bundle import ROUGHLY, SETTLED, Tracks, adjust
+from restore.photogrammetry.cameras.copies import Copies
 from restore.photogrammetry.errors import NoPage
-from restore.photogrammetry.folded import FoldedSurface
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import MAJORITY, PageArea, PaperMasks, ground_sample
-from restore.photogrammetry.page_surface import PageSurface
-from restore.photogrammetry.surface import grid_places
+from restore.photogrammetry.surfaces.folded import FoldedSurface
+from restore.photogrammetry.surfaces.page_surface import PageSurface
+from restore.photogrammetry.surfaces.surface import grid_places
 from restore.photogrammetry.track import HALF, MIN_SIGMA_PX, MIN_SIMILAR, Patches, track
 from restore.scan import Floats
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from restore.flattening.methods import flatten_points
 from restore.mesh.ordered_grid import grid_faces
-from restore.photogrammetry.align import fit_similarity
+from restore.photogrammetry.cameras.align import fit_similarity
 from restore.photogrammetry.page import PageArea
-from restore.photogrammetry.surface import Surface, through_places
+from restore.photogrammetry.surfaces.surface import Surface, through_places
 from restore.scan import Floats, SurfaceMesh
 
 STEP_MM = 8.0  # of the lattice that is flattened: a thousand points, whose flat positions are off by some hundredths

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from restore.formats.grid import grid_polygons
-from restore.formats.mesh import fan_triangles
+from restore.formats.parsing.grid import grid_polygons
+from restore.formats.parsing.mesh import fan_triangles
 from restore.scan import RangeScan, SurfaceMesh
 
 MIDDLE_PX = 1942.8  # focal length of the MIDDLE lens in pixels of the 640 × 480 image

@@ -16,7 +16,7 @@ from PIL import Image
 from restore.errors import BadInput
 from restore.formats import load_scan, save_scan, write_abs, write_obj, write_ply, write_vrml, write_vvd
 from restore.formats.folder import _sha256
-from restore.formats.mesh import texture_uv
+from restore.formats.parsing.mesh import texture_uv
 from restore.scan import RangeScan
 from tests.restore.formats.conftest import as_mesh, make_shot
 

@@ -9,17 +9,8 @@ import trimesh
 from PIL import Image
 
 from restore.errors import BadInput
-from restore.formats import (
-    READERS,
-    load_scan,
-    save_scan,
-    scan_stem,
-    source,
-    write_abs,
-    write_obj,
-    write_ply,
-    write_vrml,
-)
+from restore.formats import READERS, load_scan, save_scan, scan_stem, write_abs, write_obj, write_ply, write_vrml
+from restore.formats.parsing import source
 from restore.scan import RangeScan, SurfaceMesh
 
 HALF_DIGIT_MM = 0.00501  # VRML has two decimals, all others more

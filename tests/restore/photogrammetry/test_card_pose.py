@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from oracles.table_cameras import cameras
-from restore.photogrammetry.align import Similarity
-from restore.photogrammetry.card import SCALE_CARD
+from restore.photogrammetry.cameras.align import Similarity
+from restore.photogrammetry.cameras.card import SCALE_CARD
 from restore.photogrammetry.card_pose import find_card
 
 SCALE = 0.8  # of the model's millimetres

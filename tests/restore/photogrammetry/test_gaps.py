@@ -9,8 +9,8 @@ from oracles.table_cameras import cameras, mottled, on_plane, picture
 from restore.photogrammetry.gaps import NOISE_MM, SPACING_MM, _among_neighbours, fill_gaps
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea
-from restore.photogrammetry.relief import Relief
-from restore.photogrammetry.surface import Surface
+from restore.photogrammetry.surfaces.relief import Relief
+from restore.photogrammetry.surfaces.surface import Surface
 
 HEIGHT_MM = 1.7  # of the page over the relief
 BLANK_MM = 15.0  # x beyond which the page has no print

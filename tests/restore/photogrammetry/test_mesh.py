@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from restore.mesh.measures import surface_area
 from restore.photogrammetry.mesh import VERTICES, mesh_within, stretch
-from restore.photogrammetry.surface import Surface
+from restore.photogrammetry.surfaces.surface import Surface
 
 EXACT = 1e-4  # chords of a curl of 50 mm, a vertex to 0.6 mm
 PLANE = Surface.level(np.array([-120.0, -90.0]), np.array([120.0, 90.0]), 3.0)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from oracles.table_cameras import cameras
-from restore.photogrammetry.align import Similarity
-from restore.photogrammetry.bundle import Tracks
-from restore.photogrammetry.card import SCALE_CARD
+from restore.photogrammetry.cameras.align import Similarity
+from restore.photogrammetry.cameras.bundle import Tracks
+from restore.photogrammetry.cameras.card import SCALE_CARD
 from restore.photogrammetry.model import Model
 
 CENTRES = np.column_stack([SCALE_CARD.centres, np.zeros(len(SCALE_CARD.centres))])

@@ -18,7 +18,7 @@ from restore.photogrammetry.page import (
     inside_polygon,
     on_page,
 )
-from restore.photogrammetry.surface import Surface
+from restore.photogrammetry.surfaces.surface import Surface
 
 HALF_MM = np.array([80.0, 55.0])  # of the page, which lies on the table
 CARD_MM = np.array([[-50.0, -95.0], [50.0, -95.0], [50.0, -70.0], [-50.0, -70.0]])

@@ -9,7 +9,7 @@ import pytest
 from oracles.table_cameras import cameras, on_plane, picture
 from restore.photogrammetry.page import PaperMasks, without_card
 from restore.photogrammetry.page_boundary import find_edge, find_rough_edge
-from restore.photogrammetry.surface import Surface
+from restore.photogrammetry.surfaces.surface import Surface
 
 HALF_MM = np.array([80.0, 55.0])
 HEIGHT_MM = 6.0  # of the page over the table

@@ -11,12 +11,12 @@ from drivers.simulated import Spread, Wave
 from drivers.simulated.scene.sheets import Sheet
 from oracles.printed_points import HALF, MARGIN_MM, PAGE_MM, lost, rounded, sampled
 from restore.photogrammetry import page_boundary_fit as rim
-from restore.photogrammetry.folded import FoldedSurface, fold, refold
 from restore.photogrammetry.page import PageArea, PaperMasks
 from restore.photogrammetry.page_boundary import SPACING_MM, Edge
-from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.refined import Fitted
-from restore.photogrammetry.surface import fit_surface
+from restore.photogrammetry.surfaces.folded import FoldedSurface, fold, refold
+from restore.photogrammetry.surfaces.page_surface import PageSurface
+from restore.photogrammetry.surfaces.surface import fit_surface
 from restore.scan import Floats
 
 SPREAD = Spread(slope_deg=58.0, reach_mm=30.0)

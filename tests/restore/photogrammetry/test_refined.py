@@ -10,12 +10,13 @@ from oracles.markers import rigid_residual
 from oracles.simulation.photographs import Shots, photograph_page
 from oracles.table_cameras import cameras
 from restore import Photograph, Settings, reconstruct_page, restore
-from restore.photogrammetry import SCALE_CARD, relief
+from restore.photogrammetry import SCALE_CARD
 from restore.photogrammetry import refined as module
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea
 from restore.photogrammetry.refined import EXPLAINED, Fitted, missed, refined
-from restore.photogrammetry.surface import Surface, grid_places
+from restore.photogrammetry.surfaces import relief
+from restore.photogrammetry.surfaces.surface import Surface, grid_places
 from restore.texture.page import MM_PER_INCH
 
 CARD_DPI = 355.6  # fourteen pixels to a millimetre

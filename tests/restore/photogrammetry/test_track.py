@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oracles.table_cameras import cameras, mottled, on_plane, picture
-from restore.photogrammetry.align import triangulate
+from restore.photogrammetry.cameras.align import triangulate
 from restore.photogrammetry.track import Patches, track
 
 SAMPLE_MM = 0.7  # a pixel on the table

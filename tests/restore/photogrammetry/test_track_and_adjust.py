@@ -11,7 +11,7 @@ from oracles.table_cameras import cameras, mottled, on_plane, picture
 from restore.photogrammetry.errors import NoPage
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea, PaperMasks
-from restore.photogrammetry.surface import Surface
+from restore.photogrammetry.surfaces.surface import Surface
 from restore.photogrammetry.track_and_adjust import FACET_ROUNDS, ROUNDS, play_round
 
 HALF_MM = np.array([80.0, 55.0])

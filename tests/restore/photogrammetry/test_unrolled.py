@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from restore.photogrammetry.page import CELL_MM, PageArea
-from restore.photogrammetry.surface import Surface, fit_surface, grid_places
+from restore.photogrammetry.surfaces.surface import Surface, fit_surface, grid_places
 from restore.photogrammetry.unrolled import unrolled
 
 RADIUS_MM, HALF_ANGLE = 80.0, 1.0  # of an arch whose ends stand at 57 degrees

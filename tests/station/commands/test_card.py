@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pypdfium2
 
-from restore.photogrammetry.card import SCALE_CARD, detect_markers
+from restore.photogrammetry.cameras.card import SCALE_CARD, detect_markers
 from station.cli import main
 
 DPI = 300

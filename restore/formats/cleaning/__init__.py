@@ -1,0 +1,1 @@
+"""Corrections of meshes as files hold them."""

@@ -1,0 +1,1 @@
+"""What all readers use: bytes of a file, images, meshes, grids."""

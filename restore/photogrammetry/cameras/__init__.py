@@ -1,0 +1,1 @@
+"""Cameras of the photographs, and the points that they agree on."""

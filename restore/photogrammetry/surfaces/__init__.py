@@ -1,0 +1,1 @@
+"""The surface of a page: smooth, folded, or of facets."""
