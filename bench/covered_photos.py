@@ -153,7 +153,7 @@ def _hidden_on_page(page: FlatMesh, one: Registered, covered: Covered) -> Mask:
 def shot_of(page: FlatMesh, camera: Camera, image: Bytes) -> Shot:
     """A photograph with the outline of the page in it."""
     pixels = camera.project(page.vertices)
-    area = np.abs(signed_areas(pixels, page.faces)).sum() / np.abs(signed_areas(page.flat, page.faces)).sum()
+    area = np.abs(signed_areas(pixels, page.faces)).sum() / np.abs(page.areas).sum()
     return Shot(image, pixels[Topology(page.faces).border], float(area**0.5))
 
 

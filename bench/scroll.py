@@ -18,9 +18,7 @@ from bench.memory import peak_growth_mb
 from oracles.markers import rigid_residual
 from restore import flatten
 from restore.flattening.isometric import least_distortion
-from restore.mesh.measures import edge_strain
 from restore.mesh.ordered_grid import GridMesh, grid_faces
-from restore.mesh.topology import Topology
 from restore.scan import Floats, Mask, SurfaceMesh
 
 POINTS = 2_000_000
@@ -96,9 +94,8 @@ def main(points: int, seed: int, slim_seconds: float) -> None:
         page = flatten(whole.mesh)
         seconds = time.perf_counter() - start
     off = _line(page.flat, whole, "isometric", seconds, growth())
-    edges = Topology(page.faces).edges
-    over = whole.jumped[edges[:, 0]] != whole.jumped[edges[:, 1]]
-    strain = np.abs(edge_strain(page.flat, edges, page.lengths))
+    over = whole.jumped[page.edges[:, 0]] != whole.jumped[page.edges[:, 1]]
+    strain = np.abs(page.strain)
     print(f"strain over jumps: median {np.median(strain[over]):.2f}, elsewhere {np.median(strain[~over]):.5f}")
     size = FIRST_SLIM
     while slim_seconds > 0 and size <= points:

@@ -10,8 +10,6 @@ from oracles.markers import rigid_residual
 from oracles.overlaps import overlapping_pairs
 from oracles.random_sheets import RandomSheet
 from restore import RestoreError, flatten
-from restore.mesh.measures import edge_strain, flipped_faces
-from restore.mesh.topology import Topology
 
 MAX_STRAIN = 0.02  # rms over the edges of a sheet, against their lengths measured on the surface
 
@@ -39,12 +37,11 @@ def flatten_and_judge(sheet: RandomSheet) -> Outcome:
         page = flatten(sheet.mesh)
     except RestoreError as error:
         return Outcome(sheet, failed=str(error))
-    strain = edge_strain(page.flat, Topology(page.faces).edges, page.lengths)
     rest, _ = rigid_residual(page.flat, sheet.flat)
     return Outcome(
         sheet,
-        flips=flipped_faces(page.flat, page.faces),
+        flips=page.flipped,
         overlaps=len(overlapping_pairs(page.flat, page.faces)),
-        strain=float(np.sqrt((strain**2).mean())),
+        strain=float(np.sqrt((page.strain**2).mean())),
         rms_mm=float(np.sqrt((rest**2).sum(axis=1).mean())),
     )

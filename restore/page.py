@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.findings import Finding
+from restore.mesh.measures import edge_strain, face_normals, face_signs, flipped_faces, norms, signed_areas
+from restore.mesh.strain import face_strain
 from restore.mesh.topology import Topology
 from restore.runtime.given_later import given_later
 from restore.runtime.rows import Rows
@@ -51,6 +53,36 @@ class FlatMesh(SurfaceMesh):
         The smaller vertex first, in ascending order.
         """
         return self.topology.edges
+
+    @cached_property
+    def areas(self) -> Floats:
+        """Return the signed areas (m,) mm² of the faces on the page, negative where flipped."""
+        return signed_areas(self.flat, self.faces)
+
+    @cached_property
+    def surface_areas(self) -> Floats:
+        """Return the areas (m,) mm² of the faces in space."""
+        return 0.5 * norms(face_normals(self.vertices, self.faces))
+
+    @cached_property
+    def signs(self) -> Floats:
+        """Return −1 for faces that are folded over in space, else 1, (m,)."""
+        return face_signs(self.vertices, self.faces)
+
+    @cached_property
+    def strain(self) -> Floats:
+        """Return the relative change of length (e,) of the edges on the page."""
+        return edge_strain(self.flat, self.edges, self.lengths)
+
+    @cached_property
+    def face_strain(self) -> Floats:
+        """Return the stretch and shear of the faces, (m, 2)."""
+        return face_strain(self.flat, self.faces, self.edges, self.lengths)
+
+    @cached_property
+    def flipped(self) -> int:
+        """Count the faces that lie upside down on the page."""
+        return flipped_faces(self.flat, self.faces)
 
     @property
     def convergence(self) -> dict[str, Any]:

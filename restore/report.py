@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from restore.findings import NOTABLE, Finding
-from restore.mesh.measures import edge_strain, face_signs, flipped_faces, signed_areas, straight_lengths, surface_area
-from restore.mesh.strain import face_strain, smooth_rms_strain
+from restore.mesh.measures import edge_strain, straight_lengths
+from restore.mesh.strain import smooth_rms_strain
 from restore.mesh.topology import Topology
-from restore.numerics.limits import SINGLE_PRECISION
+from restore.numerics.limits import SINGLE_PRECISION, sum_in_order
 from restore.numerics.robust import MAJORITY
 from restore.outline.rectangle import page_size
 from restore.page import FlatMesh
@@ -30,11 +30,6 @@ ESTIMATED = 0.01  # of its straight length: an edge whose rest length differs by
 def describe(prepared: Prepared, unrolled: Unrolled, painting: Painting, settings: Settings) -> dict[str, Any]:
     """The report of a restoration, all but its times."""
     fine = unrolled.fine
-    edges = fine.edges
-    strain = edge_strain(fine.flat, edges, fine.lengths)
-    smooth = smooth_rms_strain(fine.flat, edges, fine.lengths)
-    chords = _chord_strain(fine, edges)
-    flipped = flipped_faces(fine.flat, fine.faces)
     width, height = page_size(fine.flat[fine.topology.border])
     report: dict[str, Any] = {
         "points": len(unrolled.coarse.vertices),
@@ -42,17 +37,16 @@ def describe(prepared: Prepared, unrolled: Unrolled, painting: Painting, setting
         "dpi": settings.dpi,
         "shading": settings.shading,
         "iterations": unrolled.coarse.iterations,
-        "flipped_faces": flipped,
-        "area_ratio": float(np.abs(signed_areas(fine.flat, fine.faces)).sum())
-        / surface_area(fine.vertices, fine.faces),
-        "folded_faces": int((face_signs(fine.vertices, fine.faces) < 0.0).sum()),
+        "flipped_faces": fine.flipped,
+        "area_ratio": float(np.abs(fine.areas).sum()) / sum_in_order(fine.surface_areas),
+        "folded_faces": int((fine.signs < 0.0).sum()),
         "convergence": fine.convergence,
         "strain": {
-            "rms": float(np.sqrt(np.mean(strain**2))),
-            "smooth_rms": smooth,
-            "max": float(np.abs(strain).max()),
-            "faces": _face_strain_statistics(fine, edges),
-            "chord_strain": chords,
+            "rms": float(np.sqrt(np.mean(fine.strain**2))),
+            "smooth_rms": smooth_rms_strain(fine.flat, fine.edges, fine.lengths),
+            "max": float(np.abs(fine.strain).max()),
+            "faces": _face_strain_statistics(fine),
+            "chord_strain": _chord_strain(fine),
         },
         "page_mm": [width, height],
         **painting.resolution.described(),
@@ -61,13 +55,12 @@ def describe(prepared: Prepared, unrolled: Unrolled, painting: Painting, setting
     return {**report, **prepared.facts}
 
 
-def _face_strain_statistics(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, float]]:
+def _face_strain_statistics(mesh: FlatMesh) -> dict[str, dict[str, float]]:
     """Return statistics of the stretch and shear of the faces.
 
     Area-weighted mean and rms, and greatest absolute value.
     """
-    strain = face_strain(mesh.flat, mesh.faces, edges, mesh.lengths)
-    area = np.abs(signed_areas(mesh.flat, mesh.faces))
+    area = np.abs(mesh.areas)
     weight = area / area.sum()
     return {
         name: {
@@ -75,19 +68,19 @@ def _face_strain_statistics(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, 
             "rms": float(np.sqrt((weight * values**2).sum())),
             "max": float(np.abs(values).max()),
         }
-        for name, values in zip(("stretch", "shear"), strain.T, strict=True)
+        for name, values in zip(("stretch", "shear"), mesh.face_strain.T, strict=True)
     }
 
 
-def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
+def _chord_strain(mesh: FlatMesh) -> dict[str, Any]:
     """Return the strain against the straight lengths of the edges.
 
     And how far the rest lengths differ from those, and where.
     """
-    chords = straight_lengths(mesh.vertices, edges)
+    chords = straight_lengths(mesh.vertices, mesh.edges)
     chords = np.maximum(chords, SINGLE_PRECISION * chords.mean())
-    strain, estimated = edge_strain(mesh.flat, edges, chords), mesh.lengths / chords - 1.0
-    farthest = edges[np.argmax(np.abs(mesh.lengths - chords))]
+    strain, estimated = edge_strain(mesh.flat, mesh.edges, chords), mesh.lengths / chords - 1.0
+    farthest = mesh.edges[np.argmax(np.abs(mesh.lengths - chords))]
     return {
         "rms": float(np.sqrt(np.mean(strain**2))),
         "max": float(np.abs(strain).max()),

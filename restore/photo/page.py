@@ -141,7 +141,7 @@ def _mtf50(page: FlatMesh, photograph: Photograph, found: Registration) -> float
     """The MTF50 of a photograph on the page, cycles per pixel."""
     pixels = found.camera.project(page.vertices)
     shown = _shown(pixels, page.faces, photograph.image.shape[:2])
-    areas = signed_areas(pixels, page.faces), signed_areas(page.flat, page.faces)
+    areas = signed_areas(pixels, page.faces), page.areas
     seen = np.isfinite(areas[0]) & (areas[1] != 0)
     if not shown.any() or not seen.any():
         return None

@@ -15,7 +15,7 @@ import numpy as np
 
 from restore.findings import Finding
 from restore.flattening.methods import OnStep
-from restore.mesh.measures import signed_areas, vertex_normals
+from restore.mesh.measures import vertex_normals
 from restore.numerics.limits import SINGLE_TINY
 from restore.numerics.robust import MAJORITY
 from restore.outline.rectangle import has_straight_sides, squaring_rotation
@@ -167,7 +167,7 @@ def upright_as_textured(unrolled: Unrolled) -> Unrolled:
     if abs(overlap) ** 2 < MAJORITY * (np.linalg.norm(flat) * np.linalg.norm(chart)) ** 2:
         return unrolled
     angle = float(np.angle(overlap))
-    area = float(signed_areas(fine.flat, fine.faces).sum())
+    area = float(fine.areas.sum())
     if has_straight_sides(fine.flat[fine.topology.border], area):
         angle = round(angle / (np.pi / 2)) * np.pi / 2
     if angle == 0.0:
@@ -182,5 +182,5 @@ def squaring(flat: FlatMesh) -> tuple[Floats, Floats]:
 
     Its sides become parallel to the axes. Returns also its centre (2,) mm.
     """
-    area = float(signed_areas(flat.flat, flat.faces).sum())
+    area = float(flat.areas.sum())
     return squaring_rotation(flat.flat[flat.topology.border], area), flat.flat.mean(axis=0)

@@ -14,7 +14,7 @@ from restore.camera.rays import MAX_GAP, find_rays
 from restore.errors import RestoreError
 from restore.mesh.adjacency import components
 from restore.mesh.clean import clean, large_pieces, select, weld
-from restore.mesh.measures import signed_areas, straight_lengths, surface_area
+from restore.mesh.measures import straight_lengths, surface_area
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.pose import pose_on_table
 from restore.mesh.topology import Topology
@@ -162,8 +162,7 @@ def _is_rectangular(mesh: SurfaceMesh) -> bool:
         page = flatten(clean(mesh, OUTLINE_POINTS))
     except RestoreError:  # closed, one-sided: no sheet of any shape
         return False
-    area = float(signed_areas(page.flat, page.faces).sum())
-    return fills_rectangle(page.flat[page.topology.border], area)
+    return fills_rectangle(page.flat[page.topology.border], float(page.areas.sum()))
 
 
 def _sheets_of_mesh(scan: SurfaceMesh) -> list[SeparateSheet]:

@@ -10,7 +10,7 @@ import io
 import numpy as np
 
 from restore import FlatMesh, SurfaceMesh
-from restore.drawing import average_at_vertices, face_strain
+from restore.drawing import average_at_vertices
 from restore.scan import Floats
 
 
@@ -31,8 +31,8 @@ def encode_material(texture_file: str) -> bytes:
 
 def encode_strain(mesh: FlatMesh) -> bytes:
     """The flat page as binary PLY, mm, with the stretch and shear at every vertex."""
-    strain = face_strain(mesh.flat, mesh.faces, mesh.edges, mesh.lengths)
-    columns = [mesh.flat, np.zeros((len(mesh.flat), 1)), average_at_vertices(strain, mesh.faces, len(mesh.flat))]
+    strain = average_at_vertices(mesh.face_strain, mesh.faces, len(mesh.flat))
+    columns = [mesh.flat, np.zeros((len(mesh.flat), 1)), strain]
     header = (
         f"ply\nformat binary_little_endian 1.0\nelement vertex {len(mesh.flat)}\n"
         + "".join(f"property double {name}\n" for name in ("x", "y", "z", "stretch", "shear"))

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from restore import FlatMesh, RestoredPage
-from restore.drawing import average_at_vertices, face_strain
+from restore.drawing import average_at_vertices
 from restore.scan import Floats
 from station.page_files.mesh import unit_square
 from station.pictures.frames import Frame
@@ -56,12 +56,11 @@ def encode_model(page: RestoredPage, frames: Sequence[Frame]) -> bytes:
     frames: steps of the flattening, kept where the sheet moves through space.
     """
     mesh = page.fine
-    strain = face_strain(mesh.flat, mesh.faces, mesh.edges, mesh.lengths)[:, :1]
     arrays: dict[str, NDArray[Any]] = {
         "vertices": centred(mesh.vertices),
         "faces": mesh.faces,
         "flat": centred(mesh.flat),
-        "strain": average_at_vertices(strain, mesh.faces, len(mesh.flat))[:, 0],
+        "strain": average_at_vertices(mesh.face_strain[:, :1], mesh.faces, len(mesh.flat))[:, 0],
         "page_uv": page_uv(page),
     }
     if mesh.texcoords is not None and mesh.texture is not None:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from restore import FlatMesh, RestoredPage
-from restore.drawing import face_strain, rasterise
+from restore.drawing import rasterise
 from restore.scan import Bytes, Floats
 from station.pictures.panels import FAINT_INK, GAP, TITLE_SIZE, blank_picture, draw_text
 
@@ -30,8 +30,7 @@ def strain_picture(page: RestoredPage) -> Bytes:
 
     Each with a scale and numbers. Returns (h, w, 3) uint8 RGB.
     """
-    mesh = page.fine
-    stretch, shear = face_strain(mesh.flat, mesh.faces, mesh.edges, mesh.lengths).T
+    stretch, shear = page.fine.face_strain.T
     ends = [round_up(float(np.percentile(np.abs(values), SHOWN))) for values in (stretch, shear)]
     maps = (
         _map(page, stretch / ends[0] / 2 + 0.5, "Stretch", SIGNED, (-ends[0], ends[0]), stretch),
