@@ -103,13 +103,6 @@ class RotaryStage(DeviceContext):
         self._pulses = there
         return protocol.angle(self.controller, there)
 
-    def turn_by(self, angle_deg: float) -> float:
-        """Rotate by an angle, which may be negative.
-
-        Returns the angle reached, 0 up to 360. Raises as `turn_to`.
-        """
-        return self.turn_to((self.angle_deg or 0.0) + angle_deg)
-
     def finish(self) -> None:
         """Go home and end the run. Raises as `start`."""
         if self._pulses is not None and self.controller.pulses_at_once:

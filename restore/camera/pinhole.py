@@ -13,17 +13,6 @@ MIN_SINGULAR_VALUE = 1e-4  # of the largest: below, the points are coplanar and 
 NEARLY_PARALLEL = 1e-9  # 1/mm: a camera a thousand kilometres away
 
 
-def pinhole_centre(points: Floats, pixels: Floats) -> Floats | None:
-    """Return the centre of the pinhole camera of points and pixels.
-
-    points: (n, 3) mm.
-    pixels: (n, 2).
-    Returns (3,) mm, or None without such a camera.
-    """
-    camera = pinhole_camera(points, pixels)
-    return None if camera is None else centre_of(camera)
-
-
 def centre_of(camera: Floats) -> Floats:
     """Return the centre (3,) mm of a camera matrix (3, 4)."""
     *direction, weight = np.linalg.svd(camera)[2][3]  # the null vector, of weight 0 at infinity

@@ -5,7 +5,6 @@ They are restored, checked and numbered by it.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -25,11 +24,6 @@ PRESETS = CONFIGS / "presets"
 COMPARE = f"compare it with {PRESETS / 'book.toml'}"
 Length = Annotated[float, Field(gt=0, le=3000)]
 NO_FACTS: Mapping[str, Any] = MappingProxyType({})
-LABELS = {
-    "pages": re.compile(r"(?P<number>\d{1,6})"),
-    "folios": re.compile(r"(?P<number>\d{1,6})(?P<side>[rv])"),
-    "none": re.compile(r"(?!)"),
-}
 
 
 class Preset(BaseModel):
@@ -84,32 +78,6 @@ class Preset(BaseModel):
         reading |= {"scale": capture["scale"]} if "scale" in capture else {}
         reading |= {} if self.layout == Layout.SINGLE else {"layout": str(self.layout)}
         return {"settings": settings, "outputs": outputs, "language": self.language, **reading}
-
-    def label(self, position: int) -> str:
-        """Return the label of the page at a position of the volume, from 1 on.
-
-        Empty where pages are not numbered.
-        """
-        if self.foliation == "none":
-            return ""
-        if self.foliation == "pages":
-            return str(self.first + position - 1)
-        leaf, verso = divmod(position - 1, 2)
-        return f"{self.first + leaf}{'v' if verso else 'r'}"
-
-    def place(self, label: str) -> int | None:
-        """Return the position that a label has, the inverse of `label`.
-
-        None for another kind of label.
-
-        >>> Preset(foliation="folios").place("2r"), Preset().place("7"), Preset().place("vii")
-        (3, 7, None)
-        """
-        match = LABELS[self.foliation].fullmatch(label)
-        if match is None:
-            return None
-        leaf = int(match["number"]) - self.first
-        return 2 * leaf + 1 + (match["side"] == "v") if self.foliation == "folios" else leaf + 1
 
     def side(self, position: int) -> str:
         """`left` or `right` of the opening, empty for single sheets."""

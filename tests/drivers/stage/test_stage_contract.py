@@ -74,14 +74,6 @@ class TestEveryController:
                 assert fake.angle_deg % 360 == pytest.approx(reached, abs=ROUND_OFF_DEG)
             assert fake.machine.refused == []
 
-    def test_relative_turns_add_up(self, model: str) -> None:
-        with connected(model) as (stage, fake):
-            stage.start()
-            for _ in range(5):
-                stage.turn_by(45.0)
-            assert stage.turn_by(-90.0) == pytest.approx(135.0, abs=ROUND_OFF_DEG)
-            assert fake.angle_deg % 360 == pytest.approx(135.0, abs=ROUND_OFF_DEG)
-
     def test_home_and_finish_bring_it_back(self, model: str) -> None:
         with connected(model) as (stage, fake):
             stage.start()

@@ -7,7 +7,7 @@ import pytest
 from scipy.ndimage import binary_erosion
 
 from drivers.simulated.imaging.raycast import RayCaster
-from restore.camera.pinhole import pinhole_centre
+from restore.camera.pinhole import centre_of, pinhole_camera
 from restore.page import FlatMesh
 from restore.texture.coverage import (
     CoverageClass,
@@ -103,16 +103,17 @@ def test_a_curved_page_without_occlusion_is_wholly_visible():
 
 def test_the_camera_centre_is_fitted_to_texture_coordinates():
     page = folded()
-    np.testing.assert_allclose(pinhole_centre(page.vertices, page.texcoords), CAMERA_CENTRE, atol=CENTRE_MM)
+    camera = pinhole_camera(page.vertices, page.texcoords)
+    np.testing.assert_allclose(centre_of(camera), CAMERA_CENTRE, atol=CENTRE_MM)
 
 
 def test_texture_coordinates_of_no_pinhole_give_no_camera_centre():
     page = folded()
     rng = np.random.default_rng(1)
-    assert pinhole_centre(page.vertices, rng.uniform(0, 600, page.texcoords.shape)) is None  # an atlas
+    assert pinhole_camera(page.vertices, rng.uniform(0, 600, page.texcoords.shape)) is None  # an atlas
     level = np.column_stack([page.flat, np.zeros(len(page.flat))])
-    assert pinhole_centre(level, pinhole(level)) is None  # a plane may have been seen from anywhere
-    assert pinhole_centre(page.vertices[:5], page.texcoords[:5]) is None
+    assert pinhole_camera(level, pinhole(level)) is None  # a plane may have been seen from anywhere
+    assert pinhole_camera(page.vertices[:5], page.texcoords[:5]) is None
 
 
 @pytest.mark.parametrize("seed", range(6))

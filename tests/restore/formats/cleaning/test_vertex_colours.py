@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from restore import Settings, restore, rotate_page
-from restore.camera.pinhole import pinhole_centre
+from restore.camera.pinhole import pinhole_camera
 from restore.formats import load_scan
 from restore.formats.gltf.glb import read_glb
 from restore.formats.ply import read_ply
@@ -177,7 +177,7 @@ def test_the_page_is_turned_and_its_colours_with_it(tmp_path):
 def test_no_camera_is_found_in_a_painted_picture(tmp_path):
     mesh = loaded(tmp_path, COARSE)
     page = restore(mesh).fine
-    assert pinhole_centre(page.vertices, page.texcoords) is not None  # a page so even fits one by chance
+    assert pinhole_camera(page.vertices, page.texcoords) is not None  # a page so even fits one by chance
     assert viewpoint(page) is None
 
 

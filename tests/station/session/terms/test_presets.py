@@ -34,15 +34,10 @@ def test_a_session_with_limits_in_the_other_order_is_read_as_before():
     assert Preset.model_validate({"thresholds": {"blur_px": [2.0, 1.2]}}).thresholds.blur_px == (2.0, 1.2)
 
 
-def test_labels_and_sides():
-    assert [Preset().label(n) for n in (1, 2, 10)] == ["1", "2", "10"]
+def test_sides_alternate_from_the_first():
     folios = Preset(foliation="folios", first=3, sides="right")
-    assert [folios.label(n) for n in (1, 2, 3)] == ["3r", "3v", "4r"]
     assert [folios.side(n) for n in (1, 2, 3)] == ["right", "left", "right"]
-    for preset in (folios, Preset(first=9)):
-        assert [preset.place(preset.label(n)) for n in range(1, 9)] == list(range(1, 9))
-    assert [Preset(foliation="none").place("1"), folios.place("3"), Preset().place("3r")] == [None] * 3
-    assert (Preset(foliation="none").label(1), Preset().side(1)) == ("", "")
+    assert Preset().side(1) == ""
 
 
 def test_a_preset_of_ones_own(tmp_path):
