@@ -19,13 +19,13 @@ from drivers.scsi.in_process import InProcess
 from drivers.scsi.transport import DEFAULT_TIMEOUT_S, Reply, Target, Transport
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import SELF_TEST_S, Lens, SimulatedDevice
-from drivers.simulated.device.faults import FAULTS, Fault, FaultyDevice, NoAnswer
-from drivers.simulated.device.plate import DARKEST, SHADES, PlateSensor
 from drivers.vivid900.capture.camera import PARK_COMMAND_S, PARK_S, Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.geometry.lenses import LENSES
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import SIMULATED, Profile, load_profile
+from oracles.simulation.device_faults import FAULTS, Fault, FaultyDevice, NoAnswer
+from oracles.simulation.plate import DARKEST, SHADES, PlateSensor
 from restore.scan import RangeScan
 
 SETTINGS = CaptureSettings(mode="fast", laser_power=68, gain=0)  # autofocus, one shot, the range image and the colours

@@ -22,8 +22,6 @@ from drivers.scanner import ScannerError
 from drivers.scsi.replay import Recorder
 from drivers.scsi.transport import Reply, Target
 from drivers.simulated.device.device import Lens, SimulatedDevice
-from drivers.simulated.device.faults import Call, FaultyDevice
-from drivers.simulated.device.plate import PlateSensor
 from drivers.simulated.serve import listen, serve
 from drivers.vivid900.connecting import connect
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
@@ -32,6 +30,8 @@ from oracles.faults import SETTINGS, FaultRig
 from oracles.simulation.buses.sg_node import SimulatedSgNode
 from oracles.simulation.buses.usb_bridge import SimulatedBridge
 from oracles.simulation.buses.usb_descriptors import HIGH_SPEED
+from oracles.simulation.device_faults import Call, FaultyDevice
+from oracles.simulation.plate import PlateSensor
 
 Result = TypeVar("Result")
 KILLED_STATUS = -signal.SIGKILL

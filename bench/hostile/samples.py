@@ -99,12 +99,12 @@ def write_capture(path: Path) -> None:
     from drivers.scsi.usb import UsbBulkOnly
     from drivers.simulated.device.clock import VirtualClock
     from drivers.simulated.device.device import Lens, SimulatedDevice
-    from drivers.simulated.device.plate import PlateSensor
     from drivers.vivid900.capture.camera import Vivid900
     from drivers.vivid900.connecting import calibrations
     from drivers.vivid900.link import Link
     from drivers.vivid900.profile.profile import SIMULATED, load_profile
     from oracles.simulation.buses.capture import TappedBridge, write_capture
+    from oracles.simulation.plate import PlateSensor
 
     clock, profile = VirtualClock(), load_profile(SIMULATED)
     bridge = TappedBridge(SimulatedDevice(Lens("MIDDLE", 1, PlateSensor()), profile, clock))

@@ -11,12 +11,12 @@ import pytest
 from drivers.scsi.in_process import InProcess
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
-from drivers.simulated.device.faults import FaultyDevice
-from drivers.simulated.device.plate import PlateSensor
 from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import SIMULATED, Profile, load_profile
+from oracles.simulation.device_faults import FaultyDevice
+from oracles.simulation.plate import PlateSensor
 
 LARGE_CHUNKS = 1 << 20  # a capture of few commands
 

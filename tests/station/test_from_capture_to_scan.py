@@ -19,12 +19,12 @@ from drivers.scanner import CaptureSettings, ScannerError
 from drivers.scsi.in_process import InProcess
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
-from drivers.simulated.device.plate import PlateSensor
 from drivers.simulated.serve import listen, serve
 from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import load_profile
+from oracles.simulation.plate import PlateSensor
 from restore import load_scan
 from station.cli import main
 from tests.drivers.trace.by_hand import Listener, write

@@ -16,7 +16,7 @@ from drivers.scsi.commands import REQUEST_SENSE, request_sense
 from drivers.scsi.sense import SENSE_LENGTH
 from drivers.scsi.sg import FROM_DEVICE, SCSI_GENERIC, SG_IO, TO_DEVICE, SgDevice, SgIoHeader
 from drivers.scsi.transport import CHECK_CONDITION, Target
-from drivers.simulated.device.faults import NoAnswer
+from oracles.simulation.device_faults import NoAnswer
 
 NO_CONNECTION, CARD_FAULT = 0x01, 0x07  # DID_NO_CONNECT; DID_ERROR, which is what more data than asked for ends with
 TIMED_OUT = 0x03  # DID_TIME_OUT

@@ -22,13 +22,13 @@ from drivers.scsi.transport import CHECK_CONDITION
 from drivers.simulated.__main__ import main
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
-from drivers.simulated.device.plate import PlateSensor
 from drivers.simulated.serve import listen
 from drivers.vivid900.config import Socket
 from drivers.vivid900.connecting import open_transport
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.served_device import served
+from oracles.simulation.plate import PlateSensor
 from station.storage.folder_lock import WORK
 
 SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)

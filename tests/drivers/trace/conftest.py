@@ -11,7 +11,6 @@ from drivers.scanner import CaptureSettings
 from drivers.scsi.usb import UsbBulkOnly
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
-from drivers.simulated.device.plate import PlateSensor
 from drivers.trace.packets import LINKTYPE_USB_LINUX_MMAPPED
 from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
@@ -19,6 +18,7 @@ from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import SIMULATED, Profile, load_profile
 from oracles.simulation.buses.capture import TappedBridge, Urb, write_capture
 from oracles.simulation.buses.usb_bridge import SimulatedBridge
+from oracles.simulation.plate import PlateSensor
 from restore.scan import RangeScan
 
 

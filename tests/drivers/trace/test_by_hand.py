@@ -11,7 +11,6 @@ from drivers.scanner import CaptureSettings
 from drivers.scsi.in_process import InProcess
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
-from drivers.simulated.device.plate import PlateSensor
 from drivers.trace import CaptureError
 from drivers.trace.capture import read_transfers
 from drivers.trace.compare import find_field, list_changes, list_field
@@ -23,6 +22,7 @@ from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import PROFILES, load_profile, parse_profile
+from oracles.simulation.plate import PlateSensor
 from tests.drivers.trace.by_hand import RECORDS, Listener, Said, write
 
 SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68)

@@ -11,14 +11,14 @@ from drivers.scanner import CaptureSettings, DeviceError, ScannerError, Transpor
 from drivers.scsi.in_process import InProcess
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
-from drivers.simulated.device.faults import FaultyDevice
-from drivers.simulated.device.plate import PlateSensor
 from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.geometry.lenses import LENSES
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.commands import ShotMode
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
+from oracles.simulation.device_faults import FaultyDevice
+from oracles.simulation.plate import PlateSensor
 
 PROFILE = load_profile(SIMULATED).model_copy(update={"chunk_bytes": 1 << 20})
 SETTINGS = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)

@@ -8,10 +8,10 @@ from itertools import product
 
 import pytest
 
-from drivers.simulated.device.faults import FAULTS as DEVICE_FAULTS
 from drivers.vivid900.capture.body import Body
 from oracles.bus_faults import RIGS
 from oracles.faults import FaultRig, Injection, count_commands, pair_injections, small_profile, without_checksums
+from oracles.simulation.device_faults import FAULTS as DEVICE_FAULTS
 
 PLACES, SEED, PAIRS = 2, 5, 10  # commands of the capture for each fault; pairs of faults
 BUSES = [name for name, rig in RIGS.items() if rig.bus_faults]

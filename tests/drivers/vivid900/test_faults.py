@@ -6,8 +6,8 @@ import random
 
 import pytest
 
-from drivers.simulated.device.faults import FAULTS, no_fault
 from oracles.faults import FaultRig, count_commands, fault_pairs, single_faults, small_profile
+from oracles.simulation.device_faults import FAULTS, no_fault
 
 FEW_PAIRS, SEED = 20, 5
 ALL_PAIRS = 400

@@ -11,11 +11,11 @@ import pytest
 from drivers.scanner import LASER_MAY_BE_ON, DeviceError
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
-from drivers.simulated.device.plate import PlateSensor
 from drivers.simulated.device.stage import PtyStage, machine
 from drivers.simulated.serve import listen
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.served_device import served
+from oracles.simulation.plate import PlateSensor
 from station.cli import main
 from station.errors import explain
 

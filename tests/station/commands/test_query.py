@@ -8,9 +8,9 @@ import pytest
 
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
-from drivers.simulated.device.plate import PlateSensor
 from drivers.vivid900.profile.profile import PROFILES, SIMULATED, load_profile
 from oracles.served_device import served
+from oracles.simulation.plate import PlateSensor
 from station.cli import main
 
 DRAFT = """

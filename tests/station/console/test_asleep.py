@@ -18,9 +18,9 @@ import httpx
 import pytest
 
 from drivers.simulated.device.device import Lens, SimulatedDevice
-from drivers.simulated.device.plate import PlateSensor
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.served_device import served
+from oracles.simulation.plate import PlateSensor
 from station.session import read_session
 from station.session.fixity.verify import verify
 from tests.station.console.conftest import TAB, WAIT_S, wait_for

@@ -11,13 +11,13 @@ from drivers.scsi.sense import Sense, parse_sense
 from drivers.scsi.transport import BUSY, CHECK_CONDITION, GOOD, Reply
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import SELF_TEST_S, Lens, SimulatedDevice
-from drivers.simulated.device.plate import PlateSensor
 from drivers.simulated.imaging.sensor import quantise
 from drivers.vivid900.capture.pitch import build_pitch, parse_pitch, pitch_length
 from drivers.vivid900.geometry.lenses import FAST
 from drivers.vivid900.profile import commands
 from drivers.vivid900.profile.commands import Command, Parameters, ShotMode, Status
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
+from oracles.simulation.plate import PlateSensor
 
 PROFILE = load_profile(SIMULATED)
 FINE_S = 2.5

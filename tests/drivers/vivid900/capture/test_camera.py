@@ -12,11 +12,11 @@ from drivers.scanner import DeviceError, TransportError
 from drivers.scsi.commands import STANDARD
 from drivers.scsi.sense import Key
 from drivers.simulated.device.device import SELF_TEST_S, Lens
-from drivers.simulated.device.plate import PlateSensor
 from drivers.vivid900.capture.exposure import GAIN_STEP
 from drivers.vivid900.errors import BarrierClosed, NotReady, PanelError, ProfileMismatch
 from drivers.vivid900.faults import PANELS
 from drivers.vivid900.profile.commands import ShotMode, build_parameters
+from oracles.simulation.plate import PlateSensor
 
 FAST = CaptureSettings(mode="fast")
 SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
@@ -296,7 +296,7 @@ def test_a_scanner_that_the_profile_is_not_for_gets_standard_commands_only(make_
 
 
 def test_a_device_that_refuses_a_parameter_is_the_callers_fault(camera, stand) -> None:
-    from drivers.simulated.device.faults import sense
+    from oracles.simulation.device_faults import sense
 
     stand.faulty.set_script({3: sense(Key.ILLEGAL_REQUEST, 0x26)})
     with pytest.raises(SettingsError, match="parameter"):

@@ -11,14 +11,14 @@ import pytest
 from drivers import CaptureSettings, SettingsError
 from drivers.scanner import CAPTURE_S, MAX_AVERAGE
 from drivers.scsi.errors import BadReply
-from drivers.simulated.device.faults import FAULTS
-from drivers.simulated.device.plate import PlateSensor
 from drivers.vivid900.capture.body import SHOT_S
 from drivers.vivid900.capture.camera import PARK_S, capture_limit_s
 from drivers.vivid900.errors import DeadlineExceeded, Interrupted, NothingMeasured
 from drivers.vivid900.link import COMMAND_S
 from drivers.vivid900.profile.commands import ShotMode
 from oracles.faults import FaultRig, count_commands, single_faults, small_profile, without_checksums
+from oracles.simulation.device_faults import FAULTS
+from oracles.simulation.plate import PlateSensor
 
 SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
 DAMAGING = ("corrupt", "stale", "duplicate", "lost", "short", "long", "empty")
