@@ -10,7 +10,7 @@ from typing import Any
 import typer
 from typer._click import Context
 
-from oracles.constants import ROOT
+from oracles import ROOT
 from station.cli import app
 
 PAGE = ROOT / "docs" / "reference" / "cli.md"

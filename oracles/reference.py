@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 
 import restore
-from oracles.constants import ROOT
+from oracles import ROOT
 from oracles.keys import GENERIC, KEYS
 
 PAGE = ROOT / "docs" / "reference" / "keys.md"

@@ -27,7 +27,6 @@ class Code(NamedTuple):
 
 
 NOTABLE = 0.01  # of what a finding is a share of: less is noise, specks, corners
-RECORDED = "recorded"  # a sentence of an older record, which had no codes
 
 CODES: Mapping[str, Code] = {
     # Files
@@ -361,7 +360,6 @@ CODES: Mapping[str, Code] = {
         "the words have a mean confidence of {confidence:.0f} of 100, less than {least:.0f}. Check the rotation of the "
         "page, whether it is mirrored, and the language",
     ),
-    RECORDED: Code("warning", "{text}"),
 }
 
 
@@ -398,13 +396,8 @@ class Finding:
 
     @classmethod
     def from_json(cls, value: Any) -> Self:
-        """Make a finding of a JSON object as `as_json` writes it.
-
-        Or of a plain sentence of an older record. Raises ValueError for anything else.
-        """
+        """Make a finding of a JSON object as `as_json` writes it. Raises ValueError for anything else."""
         match value:
-            case str(text):
-                return cls.of(RECORDED, text=text)
             case {"code": str(code), "severity": "note" | "warning" | "doubt" as severity, "text": str(text)}:
                 share = value.get("share")
                 return cls(code, severity, float(share) if isinstance(share, int | float) else None, text)
@@ -412,8 +405,8 @@ class Finding:
 
     @classmethod
     def all_in(cls, report: Mapping[str, Any]) -> tuple[Self, ...]:
-        """The findings of a report, also of an older one, whose `warnings` are sentences."""
-        recorded = report.get("findings", report.get("warnings", ()))
+        """The findings of a report."""
+        recorded = report.get("findings", ())
         return tuple(map(cls.from_json, recorded)) if isinstance(recorded, list | tuple) else ()
 
     def as_json(self) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from oracles.constants import ROOT
+from oracles import ROOT
 from restore.findings import CODES
 
 STRINGS = json.loads((ROOT / "station" / "console" / "page" / "strings.json").read_text("utf-8"))

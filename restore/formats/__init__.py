@@ -20,7 +20,6 @@ from restore.formats.cleaning.vertex_colours import with_picture
 from restore.formats.folder import read_folder, save_scan
 from restore.formats.gltf.glb import read_glb, read_gltf
 from restore.formats.obj import read_obj, write_obj
-from restore.formats.older import current_provenance
 from restore.formats.parsing.mesh import PaintedMesh
 from restore.formats.parsing.picture import SUFFIXES as IMAGE_SUFFIXES
 from restore.formats.parsing.picture import encode_png, read_image
@@ -45,7 +44,6 @@ __all__ = [
     "READERS",
     "SCAN_SUFFIXES",
     "check_unit",
-    "current_provenance",
     "encode_png",
     "load_scan",
     "png_parts",

@@ -22,7 +22,6 @@ from pydantic import BaseModel, Field, ValidationError, field_validator
 
 from restore.errors import BadInput
 from restore.findings import Finding
-from restore.formats.older import current_provenance
 from restore.formats.parsing.grid import check_grid
 from restore.formats.parsing.picture import check_size, decode_picture, encode_png
 from restore.formats.parsing.source import DAMAGED, MAX_SAMPLES, is_file, read_bytes
@@ -52,7 +51,7 @@ class Index(BaseModel):
     @field_validator("provenance")
     @classmethod
     def _is_usable(cls, provenance: dict[str, Any]) -> dict[str, Any]:
-        KnownProvenance.model_validate(current_provenance(provenance))
+        KnownProvenance.model_validate(provenance)
         return provenance
 
     @field_validator("findings")
@@ -61,16 +60,6 @@ class Index(BaseModel):
         for one in findings:
             Finding.from_json(one)
         return findings
-
-    def split(self) -> tuple[dict[str, Any], tuple[Finding, ...]]:
-        """Return the provenance, and the findings.
-
-        Older scans kept those as sentences in their provenance.
-        """
-        provenance = current_provenance(self.provenance)
-        sentences = provenance.pop("warnings", ())
-        recorded = [one for one in sentences if isinstance(one, str)] if isinstance(sentences, list) else []
-        return provenance, tuple(Finding.from_json(one) for one in [*recorded, *self.findings])
 
 
 @checks_types
@@ -183,7 +172,7 @@ def _scan(path: Path, data: bytes, texture: Bytes | None, index: Index) -> Range
     points, texture_xy = _array(path, data, "points", 3), _array(path, data, "texture_xy", 2)
     check_grid(path, *points.shape[:2])
     _check_positions(path, points, texture_xy, DAMAGED)
-    provenance, findings = index.split()
+    provenance, findings = index.provenance, tuple(map(Finding.from_json, index.findings))
     return RangeScan(points, texture, texture_xy, provenance, findings=findings)
 
 

@@ -8,7 +8,7 @@ import string
 
 import pytest
 
-from restore.findings import CODES, RECORDED, Finding
+from restore.findings import CODES, Finding
 
 
 def placeholders(text):
@@ -34,11 +34,9 @@ def test_an_unknown_code_or_a_missing_value_is_an_error_of_the_program():
         Finding.of("holes")
 
 
-def test_findings_of_a_report_and_of_an_older_one():
+def test_findings_of_a_report():
     one = Finding.of("no_colour")
     assert Finding.all_in({"findings": [one.as_json()]}) == (one,)
-    (old,) = Finding.all_in({"warnings": ["the page is cut off"]})
-    assert (old.code, old.severity, old.text) == (RECORDED, "warning", "the page is cut off")
     assert Finding.all_in({}) == ()
 
 
@@ -63,7 +61,7 @@ def test_every_code_is_made_somewhere_and_every_one_made_is_in_the_table(reposit
             codes |= set(made(ast.parse(path.read_text("utf-8"))))
     # Three places make a finding of a name that they look up in a table of their own.
     assert codes - {None} <= set(CODES)
-    assert set(CODES) - codes <= {"lost_border", "turned_border", "light_kept", "white_kept", RECORDED}
+    assert set(CODES) - codes <= {"lost_border", "turned_border", "light_kept", "white_kept"}
 
 
 def test_sentences_stand_in_the_table_alone(repository):

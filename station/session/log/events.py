@@ -14,8 +14,6 @@ from typing import Any, Literal
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from station.session.log.older import OLDER_FORMAT, current_facts
-
 RECORD = "event.json"
 FORMAT = 2
 VOLUME = 0  # the page number of events that concern the whole volume
@@ -99,21 +97,6 @@ class Event:
         return hashlib.sha512(self.line).hexdigest()
 
 
-@dataclass(frozen=True)
-class OlderEvent(Event):
-    """Event of an earlier format.
-
-    Its facts have today's names, its line and digest are as they were written.
-    """
-
-    written: bytes = b""
-
-    @property
-    def line(self) -> bytes:
-        """The record as it was written."""
-        return self.written
-
-
 _ADAPTER = TypeAdapter(Event)
 
 
@@ -150,19 +133,13 @@ def decode(line: bytes) -> Event:
     problem = _problem(event)
     if problem:
         raise EventDamaged(problem)
-    if event.format == OLDER_FORMAT:
-        try:
-            facts = current_facts(event.facts)
-        except (LookupError, TypeError, ValueError, AttributeError) as error:
-            raise EventDamaged(f"its facts are not those of a record of format {OLDER_FORMAT}") from error
-        return OlderEvent(**{**vars(event), "facts": facts}, written=line)
     return event
 
 
 def _problem(event: Event) -> str:
     """Why an event cannot be; empty when it can."""
-    if event.format not in (OLDER_FORMAT, FORMAT):
-        return f"it has the format {event.format}; this program reads {OLDER_FORMAT} and {FORMAT}"
+    if event.format != FORMAT:
+        return f"it has the format {event.format}; this program reads {FORMAT}"
     if not (0 < event.number <= MAX_NUMBER and VOLUME <= event.page <= MAX_PAGE):
         return "its number or its page is out of range"
     if not SLOT.fullmatch(event.slot):

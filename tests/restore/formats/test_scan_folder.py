@@ -236,17 +236,6 @@ def test_findings_are_stored_with_the_scan(shot, tmp_path):
     assert load_scan(tmp_path / "a").findings == found
 
 
-def test_sentences_that_older_scans_kept_in_their_provenance_become_findings(shot, tmp_path):
-    save_scan(shot(), tmp_path / "a")
-    index = json.loads((tmp_path / "a" / "scan.json").read_text())
-    del index["findings"]
-    index["provenance"]["warnings"] = ["the lens was dirty"]
-    (tmp_path / "a" / "scan.json").write_text(json.dumps(index))
-    scan = load_scan(tmp_path / "a")
-    assert [(one.code, one.text) for one in scan.findings] == [("recorded", "the lens was dirty")]
-    assert "warnings" not in scan.provenance
-
-
 @pytest.mark.parametrize("findings", [[{"code": 3}], [{"code": "hidden", "severity": "grave", "text": "a"}], "none"])
 def test_findings_that_are_none_are_refused(shot, tmp_path, findings):
     save_scan(shot(), tmp_path / "a")
