@@ -19,11 +19,10 @@ from station.run.small_page import small_page
 from station.session import Volume, create_session, open_session, read_session
 from station.session.derivation.reproduce import reproduce
 from station.session.derivation.restoration import Run, run_restore
-from station.session.terms.presets import Preset
-from station.verdict.thresholds import Thresholds
+from station.session.terms.presets import Preset, load_preset
 
 SETTINGS = {"points": 300, "dpi": 60}
-THRESHOLDS = Thresholds(smooth_strain_rms=(0.003, 0.01), similarity=(0.84, 0.92), hole_mm=(5.0, 15.0))
+THRESHOLDS = load_preset("book").thresholds
 
 
 def main(pages: int) -> int:

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from station.verdict.table import MEASURES
+
 
 class Key(NamedTuple):
     """A key of a public file. type: of JSON, a list as `[number]`; null where a value may be missing.
@@ -25,7 +27,8 @@ class Key(NamedTuple):
 
 REPORT = "restore/report.py"
 COVERAGE = "restore/texture/coverage.py"
-MEASURES = "station/verdict/measures.py"
+MEASURED = "station/verdict/measures.py"
+TABLE = "station/verdict/table.py"
 PHOTO = "restore/photo/page.py"
 RESOLUTION = "restore/texture/resolution.py"
 SHEET = "restore/prepared/facet_sheet.py"
@@ -76,7 +79,6 @@ KEYS: Mapping[str, Key] = {
     "max_mm": Key("number", "mm", "greatest value of a distance", "restore/range_image/facets/sheet.py"),
     "resolved_ppi": Key("number|null", "pixels per inch", "resolution by the MTF", RESOLUTION),
     "resolved_ppi_unknown": Key("text", "", "why the MTF is not measured", RESOLUTION),
-    "sampling_ppi": Key("number|[number]", "pixels per inch", "source pixels per inch of paper", RESOLUTION),
     "mtf50_per_mm": Key("number|null", "1/mm", "frequency at half contrast", RESOLUTION),
     "samples": Key("number", "", "measured samples on the page", SHEET),
     "interpolated_fraction": Key("number", "1", "fraction of the surface without range", SHEET),
@@ -132,21 +134,10 @@ KEYS: Mapping[str, Key] = {
     "obstructed": Key("number", "1", "covered by something in a photograph", COVERAGE),
     "facing": Key("number", "1", "of the facing page, next to the spine", COVERAGE),
     "erased": Key("number", "1", "removed by hand", COVERAGE),
-    "cropped_fraction": Key("number|null|[number]", "1", "fraction of the outline at the edge of the image", COVERAGE),
     # Quality measures and their limits in presets
-    "measures": Key("table", "", "measures of the quality check", MEASURES),
-    "measured_fraction": Key("number|[number]", "1", "fraction of the page that was measured", MEASURES),
-    "hole_mm": Key("number|[number]", "mm", "width of the widest place without range", MEASURES),
-    "depth_window_fraction": Key(
-        "number|null|[number]", "1", "0 in the middle of the depth window, 1 at its end", MEASURES
-    ),
-    "smooth_strain_rms": Key("number|[number]", "1", "smooth_rms of the strain, as a measure", MEASURES),
-    "blur_px": Key("number|null|[number]", "pixels", "standard deviation of the blur of edges", MEASURES),
-    "clipped_fraction": Key("number|null|[number]", "1", "fraction of pixels that are full white or black", MEASURES),
-    "size_ci95_mm": Key("number|[number]", "mm", "half of the 95 % interval of the longer side", MEASURES),
-    "left_out_fraction": Key("number|[number]", "1", "size of a sheet that is not restored, of the page's", MEASURES),
-    "similarity": Key("number|[number]", "1", "likeness to another page of the session", JUDGE),
-    "fingerprint": Key("text", "", "print of the page, small, to compare", MEASURES),
+    "measures": Key("table", "", "measures of the quality check", MEASURED),
+    **{one.name: Key("number|null|[number]", one.unit, one.definition, TABLE) for one in MEASURES.values()},
+    "fingerprint": Key("text", "", "print of the page, small, to compare", MEASURED),
     "checks": Key("[table]", "", "measures with their limits", JUDGE),
     "notes": Key("[table]", "", "what to know about a page that has no limits", "station/verdict/calibration_notes.py"),
     "limits": Key("[number]", "", "amber and red limit of a measure", JUDGE),

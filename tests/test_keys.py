@@ -11,7 +11,7 @@ import pytest
 from drivers import CaptureSettings
 from oracles import ROOT
 from oracles.keys import GENERIC, KEYS, OPEN, keys_of, type_of
-from oracles.reference import PAGE, reference
+from oracles.reference import PAGE, QUALITY, quality_measures, reference
 from restore import Settings, SurfaceMesh, restore
 from station.config import StationConfig, TurntableSettings
 from station.run.small_page import small_page
@@ -83,8 +83,9 @@ def test_open_tables_are_keys():
     assert set(KEYS) >= OPEN
 
 
-def test_the_page_is_what_the_code_says():
+def test_the_pages_are_what_the_code_says():
     assert PAGE.read_text("utf-8") == reference()
+    assert QUALITY.read_text("utf-8") == quality_measures()
 
 
 def test_a_second_meaning_is_found():

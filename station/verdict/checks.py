@@ -10,43 +10,8 @@ from typing import Any
 
 from restore import Finding
 from station.verdict.same_page import similarity
+from station.verdict.table import MEASURES, Measure
 from station.verdict.thresholds import LEVELS, Level, Limits, Thresholds
-
-# name → what it is, how it is printed, what to do when it is not green.
-CHECKS = {
-    "measured_fraction": (
-        "covered",
-        "{:.1%}",
-        "turn the page to the light of the laser, or capture it again from another side",
-    ),
-    "hole_mm": ("widest hole", "{:.1f} mm", "dark or glossy places give no range: capture again with more laser power"),
-    "cropped_fraction": ("cut off", "{:.1%} of the outline", "move the page into the image"),
-    "depth_window_fraction": (
-        "depth window",
-        "{:.0%} of the way",
-        "move the page to the middle of the scanner's range",
-    ),
-    "smooth_strain_rms": (
-        "strain",
-        "{:.2%} rms",
-        "the surface is not a single sheet: look for a finger, a weight, a leaf behind",
-    ),
-    "sampling_ppi": ("resolution", "{:.0f} ppi", "go nearer, or take the lens of longer focal length"),
-    "blur_px": ("focus", "{:.1f} px", "focus again; did the page move?"),
-    "clipped_fraction": ("clipped", "{:.1%}", "change the exposure: light or gain"),
-    "left_out_fraction": (
-        "not restored",
-        "{:.0%} of the page's size",
-        "remove the other sheet, or restore both with planish restore --sheets separate",
-    ),
-    "size_ci95_mm": (
-        "size known to",
-        "{:.2f} mm (95 %)",
-        "calibrate the scanner with planish calibrate: the manual's figures hold for no body exactly",
-    ),
-    "similarity": ("same page", "{:.2f}", "it looks like a page that was captured already: did the leaf turn?"),
-}
-
 
 SIZE_HINT = "compare the page with a ruler; set outline, spine or size: planish session edits"
 # Findings that an operator has to answer, whatever the limits: code → name of the check, what to do.
@@ -122,9 +87,8 @@ def check_measures(
         if limits is not None and value is not None:
             level = level_of(float(value), limits)
             with_page = f" as page {max(likeness, key=lambda n: likeness[n])}" if name == "similarity" else ""
-            checks.append(
-                Check(name, level, float(value), limits, _text(name, value, limits, with_page), CHECKS[name][2])
-            )
+            text = _text(MEASURES[name], value, limits, with_page)
+            checks.append(Check(name, level, float(value), limits, text, MEASURES[name].hint))
     return worst([check.level for check in checks]), worst_first(checks)
 
 
@@ -158,9 +122,8 @@ def _as_json(check: Check) -> dict[str, Any]:
     return table if check.part else {name: value for name, value in table.items() if name != "part"}
 
 
-def _text(name: str, value: float, limits: Limits, with_page: str) -> str:
-    what, form, _ = CHECKS[name]
+def _text(measure: Measure, value: float, limits: Limits, with_page: str) -> str:
     sign = "<" if limits[0] > limits[1] else ">"
-    number = form.partition(" of")[0]
+    number = measure.form.partition(" of")[0]
     amber, red = (number.format(limit) for limit in limits)
-    return f"{what}{with_page} {form.format(value)} (amber {sign} {amber}, red {sign} {red})"
+    return f"{measure.what}{with_page} {measure.form.format(value)} (amber {sign} {amber}, red {sign} {red})"

@@ -34,6 +34,17 @@ COLS, ROWS = 24, 16
 WIDTH_MM, HEIGHT_MM, RADIUS_MM = 120.0, 80.0, 60.0
 DISTANCE_MM = 900.0
 SMALL_FILE = 2000  # bytes: less than a scan or a page has, more than the lock of a folder
+# Measures that every bundled preset calls green.
+GOOD = {
+    "measured_fraction": 0.99,
+    "hole_mm": 1.0,
+    "cropped_fraction": 0.0,
+    "depth_window_fraction": 0.5,
+    "smooth_strain_rms": 0.001,
+    "sampling_ppi": 60.0,
+    "blur_px": 0.8,
+    "clipped_fraction": 0.0,
+}
 
 
 def curl_scan() -> RangeScan:

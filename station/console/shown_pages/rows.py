@@ -17,7 +17,6 @@ from station.console.shown_pages.layers import (
     stored_file,
 )
 from station.console.shown_pages.leaves import leaf_tag
-from station.console.shown_pages.units import UNITS
 from station.session import VOLUME, Event, Page, Session
 from station.session.derivation.parameters import outdated_pages
 from station.session.derivation.restoration import PAGE
@@ -25,6 +24,7 @@ from station.session.leaves.index import level_of, state_of
 from station.session.leaves.leaf import Leaf, label_of, leaves_by_page
 from station.session.terms.parts import RESTORE, VERDICT, errors_of, parts_of
 from station.verdict.checks import LEVELS, OPERATOR_CHECKS
+from station.verdict.table import MEASURES
 
 Row = dict[str, Any]
 WORDS = "-alto.xml"  # the end of the name of a file with words
@@ -75,7 +75,8 @@ def detail_of(session: Session, row: Row) -> dict[str, Any]:
 def finding_of(stored: dict[str, Any]) -> dict[str, Any]:
     """A finding of a verdict with its unit and the direction in which it is worse."""
     amber, red = stored["limits"]
-    return {"page": None, **stored, "unit": UNITS.get(stored["name"], ""), "less_is_worse": amber > red}
+    unit = MEASURES[stored["name"]].unit if stored["name"] in MEASURES else ""
+    return {"page": None, **stored, "unit": unit, "less_is_worse": amber > red}
 
 
 def questions_of(page: Page) -> list[dict[str, str]]:

@@ -127,7 +127,7 @@ def _histogram(picture: Bytes) -> dict[str, list[int]]:
 
 def _sharpness(picture: Bytes, scan: RangeScan, thresholds: Thresholds) -> dict[str, Any]:
     blur = None if scan.texture is None else blur_px(picture, np.ones(picture.shape[:2], bool))
-    limits = thresholds.blur_px
+    limits = thresholds.of("blur_px")
     return {"blur_px": blur, "level": "" if blur is None or limits is None else level_of(blur, limits)}
 
 

@@ -16,10 +16,10 @@ from drivers import CaptureSettings, SettingsError
 from drivers.scanner import MAX_AVERAGE, MAX_DISTANCE_MM, MAX_GAIN, MAX_LASER_POWER, MIN_DISTANCE_MM
 from restore import Settings
 from station.console.faults import ConsoleFault
-from station.console.shown_pages.units import UNITS
 from station.session import VOLUME, Session
 from station.session.log.facts import SETTINGS
 from station.session.terms.presets import Preset, changed_preset
+from station.verdict.table import MEASURES
 from station.verdict.thresholds import Thresholds, check_limits
 
 CAPTURE, RESTORE, VERDICT = "capture", "restore", "verdict"
@@ -114,7 +114,7 @@ def _verdict(base: Thresholds, changes: Mapping[str, Any]) -> list[dict[str, Any
             "limits",
             None if value is None else list(value),
             changes,
-            UNITS[name],
+            MEASURES[name].unit,
             None,
             None,
             None,

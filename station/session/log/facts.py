@@ -21,7 +21,8 @@ from station.session.terms.presets import Preset, changed_preset
 from station.session.terms.rules import EDITS, RULES, RULES_TABLE, EditsTable
 from station.session.terms.volume import Volume, volume_of_facts
 from station.verdict.packed import unpack
-from station.verdict.thresholds import WORSE, Level
+from station.verdict.table import MEASURES
+from station.verdict.thresholds import Level
 
 SESSION = "session"
 SETTINGS = "settings"  # the decision on the volume that changes settings of its preset
@@ -71,7 +72,7 @@ class Stage(_Facts):
     parameters: dict[str, Any] = {}
 
 
-_numbers: Any = dict.fromkeys(WORSE, (Number | None, None))
+_numbers: Any = dict.fromkeys(MEASURES, (Number | None, None))
 Measures = create_model(
     "Measures", __base__=_Facts, fingerprint=(Annotated[str, AfterValidator(_fingerprint)], ...), **_numbers
 )

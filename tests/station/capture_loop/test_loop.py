@@ -23,17 +23,7 @@ from station.session.fixity.verify import verify
 from station.session.leaves.index import state_of
 from station.session.terms.presets import load_preset
 from station.verdict.same_page import fingerprint
-
-GOOD = {
-    "measured_fraction": 0.99,
-    "hole_mm": 1.0,
-    "cropped_fraction": 0.0,
-    "depth_window_fraction": 0.5,
-    "smooth_strain_rms": 0.001,
-    "sampling_ppi": 60.0,
-    "blur_px": 0.8,
-    "clipped_fraction": 0.0,
-}
+from tests.station.conftest import GOOD
 
 
 class Restorer:

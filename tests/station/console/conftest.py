@@ -29,20 +29,10 @@ from station.session import Volume, create_session
 from station.session.derivation.restoration import Run, Submit
 from station.session.terms.presets import load_preset
 from station.verdict.same_page import fingerprint
-from tests.station.conftest import curl_scan
+from tests.station.conftest import GOOD, curl_scan
 
 WAIT_S = 90.0  # for what the server does in its threads: milliseconds, on a machine with time
 TAB = "a" * 16
-GOOD = {
-    "measured_fraction": 0.99,
-    "hole_mm": 1.0,
-    "cropped_fraction": 0.0,
-    "depth_window_fraction": 0.5,
-    "smooth_strain_rms": 0.001,
-    "sampling_ppi": 60.0,
-    "blur_px": 0.8,
-    "clipped_fraction": 0.0,
-}
 
 
 def wait_for(condition: Callable[[], Any], what: str = "it", *, within: float | None = None) -> Any:

@@ -7,8 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from restore import Finding
-from station.verdict.checks import CHECKS, LEVELS, as_result, check_measures, level_of, questions, worst
+from station.verdict.checks import LEVELS, as_result, check_measures, level_of, questions, worst
 from station.verdict.same_page import fingerprint
+from station.verdict.table import MEASURES
 from station.verdict.thresholds import Thresholds
 
 NUMBERS = st.floats(-1e6, 1e6)
@@ -31,7 +32,7 @@ def test_the_limits_themselves_belong_to_the_better_level():
 
 
 def test_every_check_of_a_preset_has_words():
-    assert set(CHECKS) == set(Thresholds.model_fields)
+    assert set(MEASURES) == set(Thresholds.model_fields)
 
 
 def test_the_worst_finding_decides_and_comes_first():

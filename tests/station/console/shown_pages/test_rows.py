@@ -12,9 +12,9 @@ from restore import BadInput, NotEnoughSurface
 from station.console.faults import STATUS, ConsoleFault, fault_of
 from station.console.routes.requests import NewSession, Press
 from station.console.shown_pages.rows import finding_of, questions_of, rank_of
-from station.console.shown_pages.units import UNITS
 from station.errors import FolderInUse, UsageError
 from station.session import Event, Page, SessionDamaged
+from station.verdict.table import MEASURES
 from station.verdict.thresholds import Thresholds
 
 
@@ -65,7 +65,7 @@ def test_a_page_asks_what_a_correction_answers_until_it_is_accepted():
 
 def test_a_finding_says_its_unit_and_its_direction():
     assert finding_of({"name": "measured_fraction", "limits": [0.97, 0.9]})["less_is_worse"]
-    assert set(UNITS) == set(Thresholds.model_fields)
+    assert set(MEASURES) == set(Thresholds.model_fields)
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,9 @@ from __future__ import annotations
 from station.session.log.derivatives import file_of
 from station.session.log.events import Event
 from station.session.terms.parts import errors_of, measured_parts, parts_of
+from tests.station.conftest import GOOD
 
-LEAVES = {"parts": {"left": {"measures": {"hole_mm": 1.0}}, "right": {"error": "dark", "hint": "light"}, "page": {}}}
+LEAVES = {"parts": {"left": {"measures": GOOD}, "right": {"error": "dark", "hint": "light"}, "page": {}}}
 
 
 def test_a_result_of_before_is_one_page():
@@ -17,7 +18,7 @@ def test_a_result_of_before_is_one_page():
 
 def test_leaves_come_from_left_to_right_without_the_whole():
     assert list(parts_of({"parts": dict(reversed(LEAVES["parts"].items()))})) == ["left", "right"]
-    assert measured_parts(LEAVES) == {"left": {"hole_mm": 1.0}}
+    assert measured_parts(LEAVES) == {"left": GOOD}
     assert list(errors_of(LEAVES)) == [("right", "dark", "light")]
 
 

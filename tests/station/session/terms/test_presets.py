@@ -8,7 +8,8 @@ from restore import Settings
 from station.errors import UsageError
 from station.session.derivation.restoration import RestoreParameters
 from station.session.terms.presets import PRESETS, Preset, load_preset
-from station.verdict.thresholds import WORSE, Thresholds, check_limits
+from station.verdict.table import MEASURES
+from station.verdict.thresholds import Thresholds, check_limits
 
 UNLIMITED = "size_ci95_mm"  # a limit needs a measured calibration
 
@@ -25,7 +26,7 @@ def test_presets_that_come_along_are_usable(path):
 
 
 def test_every_measure_has_one_direction():
-    assert set(WORSE) == set(Thresholds.model_fields)
+    assert set(MEASURES) == set(Thresholds.model_fields)
     check_limits("blur_px", (1.2, 1.2))
     check_limits("blur_px", None)
 
