@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from tests.station.session.test_facts import events, written
+from tests.station.session.log.test_facts import events, written
 
 from restore import BadInput
 from station.console.state import sessions
