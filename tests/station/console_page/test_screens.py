@@ -63,7 +63,7 @@ def test_a_key_does_what_its_button_does(show, canned):
 def test_the_foot_switch_shoots_after_a_button_was_clicked(show, canned):
     """A blank would press the button once more if that kept the focus."""
     page = show(canned)
-    page.locator("[data-action=mark]").click()
+    pressed(page, canned, page.locator("[data-action=mark]").click)
     assert pressed(page, canned, lambda: page.keyboard.press(" "), count=2)[1] == {"action": "capture"}
 
 

@@ -103,3 +103,9 @@ def test_every_package_is_pinned_by_version_and_digest_and_names_no_address():
     assert {name.removeprefix("node_modules/"): entry["version"] for name, entry in lock.items() if name} == pinned
     assert all(entry["integrity"].startswith("sha512-") for name, entry in lock.items() if name)
     assert "://" not in text
+
+
+def test_the_types_are_those_of_the_libraries_that_the_page_loads():
+    checked = json.loads((Path(__file__).parents[3] / "package.json").read_text("utf-8"))["devDependencies"]
+    loaded = vendored.manifest(vendored.PAGE)["dependencies"]
+    assert [checked["openseadragon"], checked["@types/three"]] == [loaded["openseadragon"], loaded["three"]]

@@ -15,16 +15,21 @@ export function takeEntry() {
   entry = JSON.parse(localStorage.getItem(ENTRY)) ?? entry;
 }
 
-/** An address with the key, for what a browser asks for by itself: pictures, files, the stream of events. */
+/** An address with the key, for what a browser asks for by itself: pictures, files, the stream of events. @param {string} path */
 export function keyed(path) {
   return `${path}${path.includes("?") ? "&" : "?"}key=${entry.key}`;
 }
 
 /** What went wrong with a request: `key` for the table of strings, `text` and `hint` as the server says them. */
 export class ApiError extends Error {
+  /** @param {number} status @param {ErrorAnswer} error */
   constructor(status, error) {
     super(error.text ?? error.key);
-    Object.assign(this, { status, key: error.key, text: error.text ?? "", hint: error.hint ?? "", data: error.data ?? {} });
+    this.status = status;
+    this.key = error.key;
+    this.text = error.text ?? "";
+    this.hint = error.hint ?? "";
+    this.data = error.data ?? {};
   }
 }
 
@@ -40,6 +45,7 @@ export async function claimTab() {
   sessionStorage.setItem(TAB, tab);
 }
 
+/** @param {string} id @returns {Promise<boolean>} */
 function isMine(id) {
   if (!navigator.locks) return Promise.resolve(true);
   return new Promise((resolve) => {
@@ -50,8 +56,9 @@ function isMine(id) {
   });
 }
 
+/** @param {string} method @param {string} path @param {unknown} body @param {AbortSignal} signal @param {HeaderFields} more @returns {Promise<any>} */
 async function request(method, path, body, signal, more = {}) {
-  const headers = { ...more, "X-Planish-Tab": tab, Authorization: `Bearer ${entry.token}` };
+  /** @type {HeaderFields} */ const headers = { ...more, "X-Planish-Tab": tab, Authorization: `Bearer ${entry.token}` };
   if (body !== undefined) headers["Content-Type"] = "application/json";
   let answer;
   try {
@@ -59,20 +66,21 @@ async function request(method, path, body, signal, more = {}) {
   } catch {
     throw new ApiError(0, { key: "offline" });
   }
-  const told = await answer.json().catch(() => undefined); // cut off: a connection that was lost, a wait that was over
+  const told = await answer.json().catch(() => /** @type {any} */ (undefined)); // cut off: a connection that was lost, a wait that was over
   if (!answer.ok) throw new ApiError(answer.status, told?.error ?? { key: "fault" });
   if (told === undefined) throw new ApiError(0, { key: "offline" });
   return told;
 }
 
-export const get = (path, signal) => request("GET", path, undefined, signal);
-export const post = (path, body = {}, headers) => request("POST", path, body, undefined, headers);
-export const put = (path, body, headers) => request("PUT", path, body, undefined, headers);
+export const get = (/** @type {string} */ path, /** @type {AbortSignal} */ signal = undefined) => request("GET", path, undefined, signal);
+/** The same; null where the server refuses, or is not heard. @param {string} path */
+export const getOrNull = (path) => get(path).catch(() => /** @type {any} */ (null));
+export const post = (/** @type {string} */ path, /** @type {unknown} */ body = {}, /** @type {HeaderFields} */ headers = {}) => request("POST", path, body, undefined, headers);
+export const put = (/** @type {string} */ path, /** @type {unknown} */ body, /** @type {HeaderFields} */ headers = {}) => request("PUT", path, body, undefined, headers);
 
-/** The bytes of a file of the server. */
+/** The bytes of a file of the server. @param {string} path */
 export async function getBytes(path) {
-  const answer = await fetch(keyed(path)).catch(() => null);
-  if (!answer) throw new ApiError(0, { key: "offline" });
+  const answer = await fetch(keyed(path)).catch(() => { throw new ApiError(0, { key: "offline" }); });
   if (!answer.ok) throw new ApiError(answer.status, (await answer.json().catch(() => ({}))).error ?? { key: "fault" });
   return answer.arrayBuffer();
 }

@@ -1,6 +1,6 @@
 // A draft of corrections of one page: kept in this tab until it is saved or dropped, through a reload, too.
 
-import { ApiError, get, put } from "./api.js";
+import { ApiError, getOrNull, put } from "./api.js";
 import { isOfOneScan, withFields } from "./corrections.js";
 import { errorText } from "./notices.js";
 import { hindrance, store } from "./store.js";
@@ -9,15 +9,23 @@ import { t } from "./strings.js";
 const KEPT = "planish-draft"; // sessionStorage: a tab has its own, and a reload keeps it
 const OUTER = new Set(["by", "format", "version"]); // fields that correct nothing
 
-const keyOf = (page) => `${KEPT}/${store.state.session?.id}/${page}`;
+const keyOf = (/** @type {number} */ page) => `${KEPT}/${store.state.session?.id}/${page}`;
 
 /**
  * base: the corrections that the server has. fields: path → value, null takes a field away. made: {tag, capture} of
  * the corrections that the draft was begun on; another tag is of another window, or of another scan.
  */
 export class Draft {
+  /** @param {() => unknown} changed */
   constructor(changed) {
-    Object.assign(this, { changed, row: null, base: null, fields: {}, made: null, said: "", asked: 0 });
+    this.changed = changed;
+    /** @type {Row} */ this.row = null;
+    /** @type {PageEdits} */ this.base = null;
+    /** @type {Fields} */ this.fields = {};
+    /** @type {{tag: number, capture: number}} */ this.made = null;
+    this.said = "";
+    this.asked = 0;
+    this.sent = false;
   }
 
   get isOpen() {
@@ -34,29 +42,34 @@ export class Draft {
     return this.isOpen && this.base?.capture !== this.made.capture ? Object.keys(this.fields).filter(isOfOneScan) : [];
   }
 
-  /** The value of a field: of the draft where it has one, else undefined; null where it is taken away. */
+  /** The value of a field: of the draft where it has one, else undefined; null where it is taken away. @param {string} path */
   value(path) {
     return this.fields[path];
   }
 
-  /** Take up a page: its corrections, and the draft that this tab keeps of it. */
+  /** Take up a page: its corrections, and the draft that this tab keeps of it. @param {Row} row */
   async load(row) {
     if (this.row?.page !== row.page) this.open(row);
     this.row = row;
-    const asked = this.asked += 1;
-    const told = await get(`/api/pages/${row.page}/edits`).catch(() => null);
+    this.asked += 1;
+    const { asked } = this;
+    const told = await getOrNull(`/api/pages/${row.page}/edits`);
     if (asked !== this.asked || this.sent || !told) return; // newer ones are on their way
     this.base = told;
     this.changed();
   }
 
+  /** @param {Row} row */
   open(row) {
     const kept = JSON.parse(sessionStorage.getItem(keyOf(row.page)));
-    Object.assign(this, { base: null, fields: kept?.fields ?? {}, made: kept?.made ?? null, said: kept ? t("draft.kept") : "" });
+    this.base = null;
+    this.fields = kept?.fields ?? {};
+    this.made = kept?.made ?? null;
+    this.said = kept ? t("draft.kept") : "";
     this.changed();
   }
 
-  /** Change fields of the draft; undefined takes a field out of it. */
+  /** Change fields of the draft; undefined takes a field out of it. @param {Fields} fields */
   set(fields) {
     if (!this.base) return;
     if (!this.isOpen) this.made = { tag: this.base.tag, capture: this.base.capture };
@@ -65,6 +78,7 @@ export class Draft {
     this.keep("");
   }
 
+  /** @param {string} said */
   keep(said) {
     this.said = said;
     if (this.isOpen) sessionStorage.setItem(keyOf(this.row.page), JSON.stringify({ fields: this.fields, made: this.made }));
@@ -106,7 +120,7 @@ export class Draft {
     return undefined;
   }
 
-  /** Take over the server's answer, unless another page is looked at by now. */
+  /** Take over the server's answer, unless another page is looked at by now. @param {number} page @param {PageEdits} told @param {boolean} saved */
   settle(page, told, saved) {
     if (saved) sessionStorage.removeItem(keyOf(page));
     if (this.row.page !== page) return;
@@ -115,6 +129,7 @@ export class Draft {
     this.keep(saved ? t("draft.saved") : "");
   }
 
+  /** @param {string} text */
   say(text) {
     this.said = text;
     this.changed();

@@ -5,13 +5,13 @@ import { openDialog } from "./dialog.js";
 import { actions } from "./actions.js";
 import { t } from "./strings.js";
 
-const KEYS = { " ": "capture", Enter: "accept", r: "again", u: "undo", U: "redo", m: "mark", n: "note", i: "insert", p: "preview" };
+/** @type {Record<string, string>} */ const KEYS = { " ": "capture", Enter: "accept", r: "again", u: "undo", U: "redo", m: "mark", n: "note", i: "insert", p: "preview" };
 const SCREENS = new Set(["capture", "page"]); // elsewhere a key is for the fields
 const STEPS = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"]); // held, they go on
 const OFF = "planish-keys-off";
-let toolKey = null;
+/** @type {(key: string, event: KeyboardEvent) => unknown} */ let toolKey = null;
 
-/** Let an open tool act on keys before all others: `act(key, event)` returns whether it did; null: no tool. */
+/** Let an open tool act on keys before all others: `act(key, event)` returns whether it did; null: no tool. @param {(key: string, event: KeyboardEvent) => unknown} act */
 export function setToolKey(act) {
   toolKey = act;
 }
@@ -20,8 +20,9 @@ export function setToolKey(act) {
 export function listenForKeys() {
   addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return undefined;
-    if (event.target.closest("input, textarea, select, [contenteditable], [data-own-keys]")) return undefined;
-    const pressed = event.target.closest("button:not(.handle), a, summary") && (event.key === " " || event.key === "Enter");
+    const target = /** @type {Element} */ (event.target);
+    if (target.closest("input, textarea, select, [contenteditable], [data-own-keys]")) return undefined;
+    const pressed = target.closest("button:not(.handle), a, summary") && (event.key === " " || event.key === "Enter");
     if (pressed || !SCREENS.has(document.getElementById("main").dataset.screen)) return undefined;
     if (localStorage.getItem(OFF) && event.key !== " ") return undefined;
     if ((!event.repeat || STEPS.has(event.key)) && toolKey?.(event.key, event)) return event.preventDefault();
@@ -41,7 +42,7 @@ export function showKeys() {
     else localStorage.removeItem(OFF);
   } } });
   off.checked = localStorage.getItem(OFF) !== null;
-  const shown = { " ": t("keys.space"), Enter: "↵" };
+  /** @type {Record<string, string>} */ const shown = { " ": t("keys.space"), Enter: "↵" };
   const rows = Object.entries(KEYS).map(([key, name]) =>
     h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: shown[key] ?? key })), h("dd", { text: t(`action.${name}`) })));
   const sheet = h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: "g" })), h("dd", { text: t("screen.sheet") }));

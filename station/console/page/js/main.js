@@ -12,8 +12,8 @@ const SCREENS = [["capture", "camera"], ["page", "scan-eye"], ["sheet", "layers"
   ["batch", "list-checks"], ["export", "package-check"]];
 const OF_A_SESSION = new Set(["capture", "page", "sheet", "settings"]);
 const shown = new Map(); // screens made so far
-let main;
-let links;
+/** @type {HTMLElement} */ let main;
+/** @type {Map<string, HTMLElement>} */ let links;
 
 function theme(name = localStorage.getItem("planish-theme") ?? "dark") {
   document.documentElement.dataset.theme = name;
@@ -21,7 +21,7 @@ function theme(name = localStorage.getItem("planish-theme") ?? "dark") {
 }
 
 function tools() {
-  const round = (label, name, click) =>
+  const round = (/** @type {string} */ label, /** @type {string} */ name, /** @type {() => unknown} */ click) =>
     h("button", { class: "button quiet square", type: "button", "aria-label": label, title: label, on: { click } }, icon(name));
   const other = language() === "de" ? "en" : "de";
   return h("div", { class: "tools" },
@@ -81,7 +81,7 @@ if (store.entered) await route();
 else noEntry();
 addEventListener("hashchange", async () => {
   await route();
-  (main.querySelector("[data-first]") ?? main).focus({ preventScroll: true }); // on a link the space bar would open the screen again, and not shoot
+  (/** @type {HTMLElement} */ (main.querySelector("[data-first]")) ?? main).focus({ preventScroll: true }); // on a link the space bar would open the screen again, and not shoot
 });
 let session = store.state?.session?.name;
 on("state", (state) => {

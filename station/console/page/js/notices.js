@@ -12,17 +12,18 @@ const GAP = /^between (.+) and (.+)$/;
 const MANY = 2; // notices that every window has room for
 const REFUSAL_MS = 12_000; // long enough to read two sentences twice
 
+/** @param {string} level @param {string} picture @param {string} title @param {string | Fault} text @param {Content} [action] */
 function notice(level, picture, title, text, action) {
   return h("div", { class: "notice", "data-level": level }, icon(picture),
     h("p", {}, h("strong", { text: title }), " ", typeof text === "object" ? faultText(text) : h("span", { text })), action ?? null);
 }
 
-/** The message of an error in the reader's language, else as the server has it. */
+/** The message of an error in the reader's language, else as the server has it. @param {import("./api.js").ApiError} error */
 export function errorText(error) {
   return known(`error.${error.key}`) ? t(`error.${error.key}`, { ...error.data, text: error.text }) : `${error.text} ${error.hint}`.trim();
 }
 
-/** The operator's line of an event, in the reader's language. */
+/** The operator's line of an event, in the reader's language. @param {Message} message */
 export function messageText(message) {
   const page = message.page === null ? "" : pageName(store.rows.get(message.page) ?? { page: message.page });
   const [, found] = message.text.match(LEVEL) ?? [];
@@ -37,7 +38,7 @@ export function noticeBoard() {
   const passing = h("div", { role: "alert" });
   const spoken = h("p", { class: "unseen", "aria-live": "polite" });
   const board = h("section", { class: "notices", "aria-label": t("notices") }, standing, passing, spoken);
-  let timer;
+  /** @type {number} */ let timer;
   let drawn = "";
   const update = () => {
     const found = [...wanted()];
@@ -49,7 +50,7 @@ export function noticeBoard() {
   on("state", update);
   on("online", update);
   on("message", (message) => setText(spoken, messageText(message)));
-  const pass = (...told) => {
+  const pass = (/** @type {Parameters<typeof notice>} */ ...told) => {
     clearTimeout(timer);
     passing.replaceChildren(notice(...told));
     timer = setTimeout(() => passing.replaceChildren(), REFUSAL_MS);
@@ -59,19 +60,20 @@ export function noticeBoard() {
   return board;
 }
 
-/** What became of the station while it was not heard. */
+/** What became of the station while it was not heard. @param {number} silent */
 function backText(silent) {
   const { scanner, session } = store.state;
   const stored = session ? t("back.pages", { n: number(session.pages) }) : "";
   return [t("back.text", { s: number(silent / 1000) }), `${t(`laser.${scanner.laser}`)}.`, stored].filter(Boolean).join(" ");
 }
 
-/** A gap in the labels of the pages, which the server names as `between 12 and 15`. */
+/** A gap in the labels of the pages, which the server names as `between 12 and 15`. @param {string} text */
 function gap(text) {
   const [, one, two] = text.match(GAP) ?? [];
   return two ? t("missing.between", { one, two }) : text;
 }
 
+/** @returns {Generator<Parameters<typeof notice>>} */
 function* wanted() {
   const { state, online } = store;
   if (!online) yield ["red", "wifi-off", t("offline.title"), t("offline.text")];

@@ -7,6 +7,7 @@ import { t } from "./strings.js";
 
 const LOW_SHOTS = 50; // pages of half a shift: time to make room without haste
 
+/** @param {string} name @param {string} picture */
 function chip(name, picture) {
   const drawn = icon(picture);
   const value = h("span", { class: "chip-value" });
@@ -14,6 +15,7 @@ function chip(name, picture) {
   const element = h("li", { class: "chip", "data-chip": name }, drawn, h("span", { class: "chip-text" }, label, value));
   return {
     element,
+    /** @param {string} text @param {string} [level] */
     show(text, level = "", other = picture) {
       setText(value, text);
       set(element, "data-level", level);
@@ -49,6 +51,7 @@ export function statusBar() {
   ];
 }
 
+/** @param {Record<string, ReturnType<typeof chip>>} chips @param {State["scanner"]} scanner */
 function showScanner(chips, scanner) {
   if (!store.online) chips.scanner.show(t("scanner.unknown"), "red", "unplug");
   else if (!scanner.configured) chips.scanner.show(t("scanner.none"), "", "unplug");
@@ -60,6 +63,7 @@ function showScanner(chips, scanner) {
   chips.stage.show(scanner.stage ? scanner.stage.model : t("stage.none"));
 }
 
+/** @param {ReturnType<typeof chip>} disk @param {State["disk"]} options */
 function showDisk(disk, { free_bytes: free, captures_left: shots }) {
   const low = shots !== null && shots < LOW_SHOTS;
   const text = shots === null ? t("disk.free", { free: bytes(free) })

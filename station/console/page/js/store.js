@@ -1,6 +1,6 @@
 // What the server said last, and what this tab looks at. Screens listen; nothing else is kept.
 
-import { ApiError, get, keyed, post, tabId } from "./api.js";
+import { ApiError, get, getOrNull, keyed, post, tabId } from "./api.js";
 
 const KEPT_MESSAGES = 200;
 const LOOK_MS = 1000; // between two looks whether anything was heard
@@ -9,21 +9,26 @@ const ANSWER_MS = 4000; // for that answer
 const BRIEF_MS = 2000; // a break that is not worth a word
 const bus = new EventTarget();
 
-/** state: of /api/state. rows: page → row. selected: page looked at, null: the one that the keys act on. chosen: leaves on the contact sheet, by their names. */
+/**
+ * state: of /api/state. rows: page → row. selected: page looked at, null: the one that the keys act on. chosen: leaves on the contact sheet, by their names.
+ * @type {{state: State, rows: Map<number, Row>, order: number[], selected: number, worstFirst: boolean, online: boolean, entered: boolean,
+ *   messages: Message[], preview: Preview, sent: string, chosen: string[]}}
+ */
 export const store = {
   state: null, rows: new Map(), order: [], selected: null, worstFirst: false, online: false, entered: true,
   messages: [], preview: null, sent: null, chosen: [],
 };
-const heardAt = { event: Date.now(), look: Date.now(), lost: null }; // lost: since when the station is not heard
+const heardAt = { event: Date.now(), look: Date.now(), lost: /** @type {number} */ (null) }; // lost: since when the station is not heard
 let asking = false;
 let told = 0; // states that came as events
-let late = null; // rows that came as events while all rows are being loaded: newer than that answer may be
+/** @type {Map<number, Row>} */ let late = null; // rows that came as events while all rows are being loaded: newer than that answer may be
 
-/** Call `act` at every event of that name: state, rows, row, online, message, preview, job, refused. */
+/** Call `act` at every event of that name. @template {keyof StoreEvents} E @param {E} name @param {(detail: StoreEvents[E]) => unknown} act */
 export function on(name, act) {
-  bus.addEventListener(name, (event) => act(event.detail));
+  bus.addEventListener(name, (event) => act(/** @type {CustomEvent} */ (event).detail));
 }
 
+/** @template {keyof StoreEvents} E @param {E} name @param {StoreEvents[E]} [detail] */
 function emit(name, detail) {
   bus.dispatchEvent(new CustomEvent(name, { detail }));
 }
@@ -33,7 +38,7 @@ export function current() {
   return store.rows.get(store.selected ?? store.state?.session?.current ?? null) ?? null;
 }
 
-/** Look at a page; null: at the one that was shot or changed last. */
+/** Look at a page; null: at the one that was shot or changed last. @param {number} page */
 export function select(page) {
   store.selected = page;
   emit("selected", page);
@@ -58,14 +63,14 @@ export function hindrance() {
   return state.failed ? "why.failed" : "";
 }
 
-/** Have the server do an action; a refusal is shown as a notice. Returns whether it was taken. */
+/** Have the server do an action; a refusal is shown as a notice. Returns whether it was taken. @param {string} action */
 export async function press(action, more = {}) {
   store.sent = action;
   emit("sent", action);
   return (await attempt(() => post("/api/press", { action, ...more }))) !== null;
 }
 
-/** Await a request; a refusal is shown as a notice and gives null. */
+/** Await a request; a refusal is shown as a notice and gives null. @template T @param {() => Promise<T>} act @returns {Promise<T>} */
 export async function attempt(act) {
   try {
     return await act();
@@ -84,7 +89,7 @@ export function takeControl() {
   return attempt(async () => setState(await post("/api/control", { tab: tabId(), take: true })));
 }
 
-/** Take over a state that a request answered with. */
+/** Take over a state that a request answered with. @param {State} state */
 export function setState(state) {
   const before = store.state;
   store.state = state;
@@ -97,14 +102,16 @@ export function setState(state) {
 }
 
 async function loadRows() {
-  const newer = late = new Map();
-  const all = store.state?.session ? await get("/api/pages").catch(() => null) : null;
+  const newer = /** @type {Map<number, Row>} */ (new Map());
+  late = newer;
+  const all = store.state?.session ? await getOrNull("/api/pages") : null;
   if (late !== newer) return; // they are being loaded once more
   late = null;
-  store.rows = new Map([...(all?.pages ?? []).map((row) => [row.page, row]), ...newer]);
+  store.rows = new Map([...(all?.pages ?? []).map((/** @type {Row} */ row) => [row.page, row]), ...newer]);
   sortRows();
 }
 
+/** @param {Row} row */
 function setRow(row) {
   const before = store.rows.get(row.page);
   late?.set(row.page, row);
@@ -113,7 +120,7 @@ function setRow(row) {
   else sortRows();
 }
 
-/** Ask for the state. One that came as an event meanwhile is newer than the answer may be, and stays. */
+/** Ask for the state. One that came as an event meanwhile is newer than the answer may be, and stays. @param {AbortSignal} [signal] */
 async function loadState(signal) {
   const before = told;
   const state = await get("/api/state", signal);
@@ -123,7 +130,7 @@ async function loadState(signal) {
 async function loadAll() {
   await loadState();
   await loadRows();
-  store.preview = await get("/api/preview").catch(() => null);
+  store.preview = await getOrNull("/api/preview");
   emit("preview", store.preview);
 }
 
@@ -132,8 +139,8 @@ export async function follow() {
   await loadAll().catch(refuseEntry);
   if (!store.entered) return;
   const source = new EventSource(keyed(`/api/events?tab=${encodeURIComponent(tabId())}`));
-  const heard = (name, act) => source.addEventListener(name, (event) => { listened(); act(JSON.parse(event.data)); });
-  let boot = null;
+  const heard = (/** @type {string} */ name, /** @type {(data: any) => unknown} */ act) => source.addEventListener(name, (event) => { listened(); act(JSON.parse(event.data)); });
+  /** @type {string} */ let boot = null;
   heard("hello", (hello) => {
     if (boot !== hello.boot) loadAll().catch(refuseEntry); // the first time too: what happened since came as no event
     boot = hello.boot;
@@ -150,6 +157,7 @@ export async function follow() {
 }
 
 // The lines below a verdict are its lights, and the first line of a shift its keys: both are on the screen.
+/** @param {Message} message */
 function addMessage(message) {
   if (message.key === "title" || message.text.startsWith(" ")) return;
   store.messages = [{ ...message, at: new Date().toISOString() }, ...store.messages].slice(0, KEPT_MESSAGES);
@@ -157,6 +165,7 @@ function addMessage(message) {
 }
 
 // A server that started again has a new token: the browser gives up on 401, and the reason is asked for.
+/** @param {EventSource} source */
 async function lost(source) {
   setOnline(false);
   if (source.readyState !== EventSource.CLOSED) return;
@@ -164,13 +173,16 @@ async function lost(source) {
   if (store.entered) setTimeout(follow, 1000);
 }
 
+/** @param {import("./api.js").ApiError} error */
 function refuseEntry(error) {
   if (error.status === 401) store.entered = false;
   setOnline(false);
 }
 
+/** @param {boolean} online */
 function setOnline(online) {
-  const silent = Date.now() - (heardAt.lost ??= Date.now());
+  heardAt.lost ??= Date.now();
+  const silent = Date.now() - heardAt.lost;
   if (online) heardAt.lost = null;
   store.online = online;
   emit("online", online);

@@ -14,9 +14,9 @@ const SIDES = ["any", "left", "right"];
 const PARTS = ["page", "left", "right"];
 const MANY = 12; // pages that are named one by one
 
-/** The numbers of "3, 5-8"; null for what cannot be read. */
+/** The numbers of "3, 5-8"; null for what cannot be read. @param {string} text */
 export function pagesOf(text) {
-  const found = [];
+  /** @type {number[]} */ const found = [];
   for (const part of text.split(",")) {
     const [, first, last] = part.trim().match(/^(\d{1,4})(?:\s*[-–]\s*(\d{1,4}))?$/) ?? [];
     if (!first) return null;
@@ -25,7 +25,7 @@ export function pagesOf(text) {
   return found;
 }
 
-/** Fields by their paths, put on the leaves of a side; "any": on both, and on whole pages. */
+/** Fields by their paths, put on the leaves of a side; "any": on both, and on whole pages. @param {Fields} fields @param {string} side */
 export function editsFor(fields, side) {
   const spread = Object.entries(fields).flatMap(([path, value]) => {
     const [, rest] = path.match(/^parts\.\w+\.(.+)$/) ?? [];
@@ -34,7 +34,7 @@ export function editsFor(fields, side) {
   return withFields({}, Object.fromEntries(spread));
 }
 
-/** The pages of leaves by their names, as `pagesOf` reads them. */
+/** The pages of leaves by their names, as `pagesOf` reads them. @param {string[]} names */
 export function pagesText(names) {
   const pages = [...new Set(names.map((name) => parseInt(name, 10)))].sort((one, two) => one - two);
   const starts = pages.filter((page) => !pages.includes(page - 1));
@@ -42,14 +42,16 @@ export function pagesText(names) {
   return starts.map((page, at) => (page === ends[at] ? String(page) : `${page}-${ends[at]}`)).join(", ");
 }
 
+/** @param {string} target @param {Row} row @param {string} text */
 function capturesOf(target, row, text) {
   const rows = [...store.rows.values()].sort((one, two) => one.order - two.order);
-  const wanted = { this: [row], following: rows.filter(({ order }) => order >= row.order),
-    selected: pagesOf(text)?.map((page) => store.rows.get(page)) }[target];
+  const wanted = /** @type {Record<string, Row[]>} */ ({ this: [row], following: rows.filter(({ order }) => order >= row.order),
+    selected: pagesOf(text)?.map((page) => store.rows.get(page)) })[target];
   if (!wanted?.length || wanted.includes(undefined)) return null;
   return wanted.map(({ capture }) => capture);
 }
 
+/** @param {string} label @param {string} name @param {[string, string][]} choices @param {string} chosen @param {() => unknown} changed */
 function radios(label, name, choices, chosen, changed) {
   const inputs = choices.map(([value, text]) => {
     const input = h("input", { type: "radio", name, value, id: `${name}-${value}`, on: { change: changed } });
@@ -59,8 +61,9 @@ function radios(label, name, choices, chosen, changed) {
   return h("fieldset", { class: "choices" }, h("legend", { text: label }), inputs);
 }
 
-const chosenOf = (group) => group.querySelector(":checked").value;
+const chosenOf = (/** @type {Element} */ group) => /** @type {HTMLInputElement} */ (group.querySelector(":checked")).value;
 
+/** @param {Offer[]} offered @param {() => unknown} changed */
 function boxes(offered, changed) {
   return offered.map(({ path, value, isChosen }, at) => {
     const input = h("input", { type: "checkbox", id: `apply-field-${at}`, value: path, on: { change: changed } });
@@ -69,10 +72,10 @@ function boxes(offered, changed) {
   });
 }
 
-/** The pages of a plan, and those that keep their own; `over`: pages that are ticked, and give way. */
+/** The pages of a plan, and those that keep their own; `over`: pages that are ticked, and give way. @param {{pages: number[], own: Record<string, string[]>}} options @param {Set<string>} over */
 function plannedLines({ pages, own }, over) {
   const kept = Object.entries(own).map(([page, fields]) => {
-    const input = h("input", { type: "checkbox", id: `apply-over-${page}`, on: { change: () => (input.checked ? over.add(page) : over.delete(page)) } });
+    /** @type {HTMLInputElement} */ const input = h("input", { type: "checkbox", id: `apply-over-${page}`, on: { change: () => (input.checked ? over.add(page) : over.delete(page)) } });
     input.checked = over.has(page);
     const text = t("apply.own", { page: pageName(store.rows.get(Number(page))), fields: fields.map(fieldText).join(", ") });
     return h("li", {}, h("span", { text }), " ", h("label", { class: "check", for: input.id }, input, h("span", { text: t("apply.over") })));
@@ -81,12 +84,12 @@ function plannedLines({ pages, own }, over) {
   return [h("li", { text: t("apply.pages", { n: number(pages.length) }) + (named && `: ${named}`) }), ...kept];
 }
 
-/** Ask for the pages. fields: [{path, value, isChosen}], of which the operator chooses; `done` gets what the server made and its edits. */
+/** Ask for the pages. fields: [{path, value, isChosen}], of which the operator chooses; `done` gets what the server made and its edits. @param {Row} row @param {string} part @param {Offer[]} fields @param {(made: {pages: number[], own: Record<string, string[]>}, edits: Edits) => void} done */
 export function openApply(row, part, fields, done) {
   const planned = h("ul", { class: "soft" });
-  const over = new Set(); // pages whose own corrections give way
+  /** @type {Set<string>} */ const over = new Set(); // pages whose own corrections give way
   let asked = 0;
-  let own = {};
+  /** @type {Record<string, string[]>} */ let own = {};
   const changed = () => show();
   const checks = h("fieldset", { class: "choices" }, h("legend", { text: t("apply.fields") }), boxes(fields, changed));
   const targets = radios(t("apply.to"), "apply", TARGETS.map((name) => [name, t(`apply.${name}`)]), "following", changed);
@@ -95,16 +98,17 @@ export function openApply(row, part, fields, done) {
   const named = field(t("apply.numbers"), selected);
   const later = h("input", { type: "checkbox", id: "apply-future", on: { change: changed } });
   const rule = () => {
-    const chosen = [...checks.querySelectorAll(":checked")].map((one) => fields.find(({ path }) => path === one.value));
+    const chosen = [.../** @type {NodeListOf<HTMLInputElement>} */ (checks.querySelectorAll(":checked"))].map((one) => fields.find(({ path }) => path === one.value));
     const target = chosenOf(targets);
     const captures = target === "all" ? "all" : capturesOf(target, row, selected.value);
     if (!captures || !chosen.length) return null;
     const edits = editsFor(Object.fromEntries(chosen.map(({ path, value }) => [path, value])), chosenOf(sides));
-    return { scope: { captures, future: later.checked }, edits };
+    return { scope: /** @type {{captures: "all" | number[], future: boolean, over?: number[]}} */ ({ captures, future: later.checked }), edits };
   };
   const show = async () => {
     named.hidden = chosenOf(targets) !== "selected";
-    const [wanted, mine] = [rule(), asked += 1];
+    asked += 1;
+    const [wanted, mine] = [rule(), asked];
     const plan = wanted && await post("/api/rules/plan", wanted).catch((error) => ({ error }));
     if (mine !== asked) return;
     own = plan?.own ?? {};

@@ -12,28 +12,33 @@ const SQUARE = [[0, 0], [1, 0], [1, 1], [0, 1]];
 const MAX_POINTS = 200;
 const WHAT = { 1: "remove", 2: "keep" };
 
-/** A rectangle of whole px: its upper left corner, its width and height. */
+/** A rectangle of whole px: its upper left corner, its width and height. @param {number} x @param {number} y @param {number} width @param {number} height */
 function rectangle(x, y, width, height) {
   return SQUARE.map(([across, down]) => [Math.round(x + across * width), Math.round(y + down * height)]);
 }
 
 /** A tool that draws a closed line on the scanner's picture. */
 class AreaTool extends CorrectionTool {
+  /** @param {import("../draft.js").Draft} draft @param {import("./viewer.js").PageViewer} viewer @param {{name: string, fields: string[], body: Content[]}} options */
   constructor(draft, viewer, options) {
     const drawing = new Drawing(viewer, { isClosed: true, least: 3, most: MAX_POINTS, changed: (points) => this.take(points) });
     super(draft, { ...options, body: [...options.body, drawing.element] });
-    Object.assign(this, { viewer, drawing });
+    this.viewer = viewer;
+    this.drawing = drawing;
   }
 
   get isOnScan() {
     return true;
   }
 
+  /** Take the points that were drawn. @param {Point[]} _points */
+  take(_points) {}
+
   ended() {
     this.drawing.end();
   }
 
-  /** Show a line and others where the scanner's picture is shown. */
+  /** Show a line and others where the scanner's picture is shown. @param {Point[]} points @param {string} kind @param {Line[]} [others] */
   showLine(points, kind, others = []) {
     if (this.viewer.page?.isScan && !this.isStill) {
       this.drawing.start();
@@ -43,6 +48,7 @@ class AreaTool extends CorrectionTool {
 }
 
 export class OutlineTool extends AreaTool {
+  /** @param {import("../draft.js").Draft} draft @param {import("./viewer.js").PageViewer} viewer */
   constructor(draft, viewer) {
     const begin = button(t("outline.draw"), { icon: "pencil", key: "d", click: () => this.begin() });
     super(draft, viewer, { name: "outline", fields: ["part.outline"], body: [begin] });
@@ -56,6 +62,7 @@ export class OutlineTool extends AreaTool {
     this.take(rectangle(INSET * width, INSET * height, (1 - 2 * INSET) * width, (1 - 2 * INSET) * height));
   }
 
+  /** @param {Point[]} points */
   take(points) {
     this.propose({ [this.paths[0]]: points });
   }
@@ -68,6 +75,7 @@ export class OutlineTool extends AreaTool {
 }
 
 export class MaskTool extends AreaTool {
+  /** @param {import("../draft.js").Draft} draft @param {import("./viewer.js").PageViewer} viewer */
   constructor(draft, viewer) {
     const adding = h("div", { class: "row" }, Object.entries(WHAT).map(([key, what]) =>
       button(t(`mask.${what}`), { icon: "plus", key, click: () => this.begin(what) })));
@@ -75,19 +83,23 @@ export class MaskTool extends AreaTool {
     const choosing = h("div", { class: "drawing-panel" }, field(t("mask.chosen"), choice),
       button(t("mask.delete"), { icon: "x", click: () => this.replace([]) }));
     super(draft, viewer, { name: "mask", fields: ["part.masks"], body: [adding, choosing] });
-    Object.assign(this, { choice, choosing, chosen: 0 });
+    this.choice = choice;
+    this.choosing = choosing;
+    this.chosen = 0;
     this.keys = Object.fromEntries(Object.entries(WHAT).map(([key, what]) => [key, () => this.begin(what)]));
   }
 
-  /** The areas of the page itself: those of rules add to them, and are not changed here. */
+  /** The areas of the page itself: those of rules add to them, and are not changed here. @param {Source[]} sources */
   given(sources) {
     return super.given(sources.filter(({ source }) => source === "page"), this.paths[0]);
   }
 
+  /** @returns {Mask[]} */
   get masks() {
     return this.value(this.paths[0]) ?? [];
   }
 
+  /** @param {string} what */
   begin(what) {
     const { width, height, isScan } = this.viewer.page ?? {};
     if (!isScan) return;
@@ -96,15 +108,17 @@ export class MaskTool extends AreaTool {
     this.store([...this.masks, { what, polygon: rectangle((width - side) / 2, (height - side) / 2, side, side) }]);
   }
 
+  /** @param {Point[]} polygon */
   take(polygon) {
     this.replace([{ ...this.masks[this.chosen], polygon }]);
   }
 
-  /** Put others in the place of the chosen area. */
+  /** Put others in the place of the chosen area. @param {Mask[]} masks */
   replace(masks) {
     this.store(this.masks.toSpliced(this.chosen, 1, ...masks));
   }
 
+  /** @param {Mask[]} masks */
   store(masks) {
     this.propose({ [this.paths[0]]: masks.length ? masks : null });
   }
@@ -117,7 +131,7 @@ export class MaskTool extends AreaTool {
     if (this.choice.dataset.names !== names.join()) this.choice.replaceChildren(...names.map((text, value) => h("option", { value, text })));
     this.choice.dataset.names = names.join();
     this.choice.value = String(this.chosen);
-    const others = masks.filter((_, at) => at !== this.chosen).map(({ what, polygon }) => [polygon, what]);
+    const others = masks.filter((_, at) => at !== this.chosen).map(({ what, polygon }) => /** @type {Line} */ ([polygon, what]));
     this.showLine(masks[this.chosen]?.polygon ?? null, masks[this.chosen]?.what, others);
   }
 }

@@ -9,24 +9,25 @@ const SIDES = ["recto", "verso"];
 const NEW = { style: "arabic", first: 1, side: "recto", prefix: "", suffix: "", bracket: false, counted: true };
 const AFFIX = { maxlength: 20, autocomplete: "off", size: 4 };
 
-/** A run of labels in the reader's language; null: none begins there. */
+/** A run of labels in the reader's language; null: none begins there. @param {Run} run */
 export function runText(run) {
   return run ? [t(`run.${run.style}`), run.first, t(`run.${run.side}`), run.prefix, run.suffix, run.bracket ? "[ ]" : ""].filter(Boolean).join(" · ") : t("run.on");
 }
 
-function choice(values, chosen) {
-  const select = h("select", {}, values.map(([value, text]) => h("option", { value, text })));
+/** @param {string[]} names @param {string} chosen */
+function choice(names, chosen) {
+  const select = h("select", {}, names.map((value) => h("option", { value, text: t(`run.${value || "on"}`) })));
   select.value = chosen;
   return select;
 }
 
-/** Ask for the run that begins at a leaf; `send` gets it, or null. */
+/** Ask for the run that begins at a leaf; `send` gets it, or null. @param {SheetLeaf} leaf @param {(run: Run) => unknown} send */
 export function openRun(leaf, send) {
   const run = leaf.run ?? NEW;
-  const style = choice([["", t("run.on")], ...STYLES.map((name) => [name, t(`run.${name}`)])], leaf.run ? run.style : "arabic");
+  const style = choice(["", ...STYLES], leaf.run ? run.style : "arabic");
   const first = h("input", { type: "number", min: 0, max: 100_000, step: 1, required: true, value: run.first });
-  const side = choice(SIDES.map((name) => [name, t(`run.${name}`)]), run.side);
-  const [prefix, suffix] = ["prefix", "suffix"].map((name) => h("input", { ...AFFIX, value: run[name] }));
+  const side = choice(SIDES, run.side);
+  const [prefix, suffix] = [run.prefix, run.suffix].map((value) => h("input", { ...AFFIX, value }));
   const bracket = h("input", { type: "checkbox", id: "run-bracket" });
   bracket.checked = run.bracket;
   openDialog(t("run.title", { name: leaf.name }), [field(t("run.style"), style), h("div", { class: "pair" }, field(t("run.first"), first), field(t("run.side"), side)),
@@ -36,7 +37,7 @@ export function openRun(leaf, send) {
     prefix: prefix.value, suffix: suffix.value, bracket: bracket.checked } : null) });
 }
 
-/** Ask for the labels of the leaves that are missing before one; `send` gets them. */
+/** Ask for the labels of the leaves that are missing before one; `send` gets them. @param {SheetLeaf} leaf @param {(labels: string[]) => unknown} send */
 export function openMissing(leaf, send) {
   const input = h("input", { maxlength: 500, autocomplete: "off", value: leaf.missing.join(", ") });
   openDialog(t("missing.before", { name: leaf.name }), [field(t("missing.labels"), input, t("missing.hint"))],

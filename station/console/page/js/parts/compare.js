@@ -10,6 +10,7 @@ const STEP = 0.02; // of the width, for one press of an arrow key
 /**
  * The similarity that carries points of one picture to another's with the least squares: {a, b, x, y} with
  * x' = a x − b y + x, y' = b x + a y + y. Points are given flat: x, y, x, y, …
+ * @param {Numbers | Float64Array} from @param {Numbers | Float64Array} to
  */
 export function similarity(from, to) {
   const n = from.length / 2;
@@ -27,19 +28,21 @@ export function similarity(from, to) {
   return { a, b, x: tx - a * fx + b * fy, y: ty - b * fx - a * fy };
 }
 
-/** Positions on a picture in px, y down, out of texture coordinates with v upwards. */
+/** Positions on a picture in px, y down, out of texture coordinates with v upwards. @param {Numbers} uv @param {number} width @param {number} height */
 function pixels(uv, width, height) {
   return Float64Array.from(uv, (value, at) => (at % 2 ? (1 - value) * height : value * width));
 }
 
+/** @param {Row} row @param {Shot} page @param {Position} original */
 async function register(row, page, original) {
-  const model = await loadModel(row.restore, "mesh").catch(() => null);
+  const model = await loadModel(row.restore, "mesh").catch(() => /** @type {Model} */ (null));
   if (!model?.arrays.page_uv) return { a: page.width / original.x, b: 0, x: 0, y: 0 };
   return similarity(pixels(model.arrays.uv.values, original.x, original.y), pixels(model.arrays.page_uv.values, page.width, page.height));
 }
 
 /** The slider over a viewer; `show` compares a page with a layer, `end` takes it away. */
 export class Compare {
+  /** @param {import("./viewer.js").PageViewer} viewer */
   constructor(viewer) {
     this.viewer = viewer;
     this.at = 0.5;
@@ -59,6 +62,7 @@ export class Compare {
     });
   }
 
+  /** @param {Row} row @param {Shot} page @param {string} layer @param {string} [prefix] */
   async show(row, page, layer, prefix = "") {
     this.end();
     await this.viewer.start();
@@ -68,12 +72,13 @@ export class Compare {
     const { other } = this.following;
     const key = layer === "original" ? `${row.capture}/original` : `${row.restore}/${prefix}${layer}`;
     const item = await new Promise((done) => other.addTiledImage({ tileSource: keyed(`/api/pictures/${key}.dzi`), width: 1,
-      success: (event) => done(event.item), error: () => done(null) }));
+      success: (event) => done(/** @type {any} */ (event).item), error: () => done(null) }));
     if (item && layer === "original") await this.lay(item, row, page);
     this.viewer.moved();
     this.handle.dataset.ready = "true";
   }
 
+  /** @param {import("openseadragon").TiledImage} item @param {Row} row @param {Shot} page */
   async lay(item, row, page) {
     const size = item.getContentSize();
     const { a, b, x, y } = await register(row, page, size);
@@ -85,6 +90,7 @@ export class Compare {
     item.setPosition(new this.viewer.osd.Point(corner[0] / page.width, corner[1] / page.width), true);
   }
 
+  /** @param {number} at */
   move(at) {
     this.at = Math.min(Math.max(at, 0), 1);
     this.handle.style.left = `${this.at * 100}%`;

@@ -4,7 +4,7 @@ import { button, h, setText } from "../dom.js";
 import { fieldText, present, valueText } from "../corrections.js";
 import { t } from "../strings.js";
 
-/** The panel; `show` follows the draft. */
+/** The panel; `show` follows the draft. @param {import("../draft.js").Draft} draft */
 export function draftPanel(draft) {
   const title = h("h2", { text: t("draft") });
   const lines = h("ul", { class: "draft-lines" });

@@ -4,12 +4,12 @@ import { button, h, set, setText } from "../dom.js";
 import { field } from "../dialog.js";
 import { t } from "../strings.js";
 
-const STEPS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }; // px of the picture
+/** @type {Record<string, number[]>} */ const STEPS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }; // px of the picture
 export const FAR = 10; // of them at once, with Shift
 
-const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
+const clamp = (/** @type {number} */ value, /** @type {number} */ low, /** @type {number} */ high) => Math.min(Math.max(value, low), high);
 
-/** Where a point is to be put into a line: after the start of the side that is nearest to it. */
+/** Where a point is to be put into a line: after the start of the side that is nearest to it. @param {Point[]} points @param {boolean} isClosed @param {Point} point */
 export function sideNearest(points, isClosed, [x, y]) {
   const sides = isClosed ? points.length : points.length - 1;
   let [best, least] = [0, Infinity];
@@ -28,12 +28,25 @@ export function sideNearest(points, isClosed, [x, y]) {
  * line runs from head to tail: each of its points stays below the one before.
  */
 export class Drawing {
+  /** @param {import("./viewer.js").PageViewer} viewer @param {{isClosed: boolean, least: number, most: number, changed: (points: Point[]) => unknown}} options */
   constructor(viewer, { isClosed, least, most, changed }) {
-    Object.assign(this, { viewer, isClosed, least, most, changed, points: null, others: [], at: 0 });
+    this.viewer = viewer;
+    this.isClosed = isClosed;
+    this.least = least;
+    this.most = most;
+    this.changed = changed;
+    /** @type {Point[]} */ this.points = null;
+    /** @type {Line[]} */ this.others = [];
+    /** @type {string} */ this.kind = null;
+    this.at = 0;
+    this.placed = () => this.place();
+    this.clicked = (/** @type {{quick: boolean, position: Position}} */ { quick, position }) => {
+      if (quick && this.points) this.insert(Object.values(this.viewer.toPage(position)));
+    };
     this.shapes = h("g", { class: "drawing" });
     this.handles = h("div", { class: "handles", role: "group", "aria-label": t("drawing.points") });
     this.said = h("p", { class: "soft", role: "status" });
-    this.places = ["x", "y"].map((name, axis) => h("input", { type: "number", step: 1, min: 0,
+    this.places = [0, 1].map((axis) => h("input", { type: "number", step: 1, min: 0,
       on: { change: ({ target }) => { if (target.value !== "") this.moveTo(this.at, this.points[this.at].with(axis, Number(target.value))); } } }));
     this.element = h("div", { class: "drawing-panel" }, this.said,
       h("div", { class: "pair" }, field(t("drawing.x"), this.places[0]), field(t("drawing.y"), this.places[1])),
@@ -47,9 +60,8 @@ export class Drawing {
     this.isOn = true;
     this.viewer.over.append(this.shapes);
     this.viewer.element.append(this.handles);
-    this.clicked ??= ({ quick, position }) => { if (quick && this.points) this.insert(Object.values(this.viewer.toPage(position))); };
     this.viewer.viewer.addHandler("canvas-click", this.clicked);
-    this.viewer.listeners.add(this.placed ??= () => this.place());
+    this.viewer.listeners.add(this.placed);
   }
 
   end() {
@@ -61,16 +73,18 @@ export class Drawing {
     this.handles.remove();
   }
 
-  /** Show a line, null for none, and others that are not changed: [[points, kind]]. kind: null for points alone. */
+  /** Show a line, null for none, and others that are not changed: [[points, kind]]. kind: null for points alone. @param {Point[]} points @param {string} kind @param {Line[]} [others] */
   show(points, kind, others = []) {
-    Object.assign(this, { points, kind, others });
+    this.points = points;
+    this.kind = kind;
+    this.others = others;
     this.at = Math.min(this.at, (points?.length ?? 1) - 1);
     this.draw();
   }
 
   draw() {
-    const all = [...this.others, ...(this.points && this.kind ? [[this.points, this.kind]] : [])];
-    const drawn = ([points, kind], under) => h(this.isClosed ? "polygon" : "polyline", { points: points.join(" "), class: under ? "under" : kind });
+    /** @type {Line[]} */ const all = this.points && this.kind ? [...this.others, [this.points, this.kind]] : this.others;
+    const drawn = (/** @type {Line} */ [points, kind], /** @type {boolean} */ under) => h(this.isClosed ? "polygon" : "polyline", { points: points.join(" "), class: under ? "under" : kind });
     this.shapes.replaceChildren(...all.map((one) => drawn(one, true)), ...all.map((one) => drawn(one, false)));
     const count = this.points?.length ?? 0;
     while (this.handles.children.length < count) this.handles.append(this.handle(this.handles.children.length));
@@ -83,8 +97,8 @@ export class Drawing {
   place() {
     if (!this.points || !this.viewer.page?.width) return;
     [...this.handles.children].forEach((element, at) => {
-      const { x, y } = this.viewer.toScreen(...this.points[at]);
-      element.style.transform = `translate(${x}px, ${y}px)`;
+      const { x, y } = this.viewer.toScreen(this.points[at][0], this.points[at][1]);
+      /** @type {HTMLElement} */ (element).style.transform = `translate(${x}px, ${y}px)`;
     });
   }
 
@@ -101,8 +115,9 @@ export class Drawing {
     this.places.forEach((input, axis) => { input.value = String([x, y][axis]); });
   }
 
+  /** @param {number} at */
   handle(at) {
-    const element = h("button", { class: "handle", type: "button", on: {
+    /** @type {HTMLElement} */ const element = h("button", { class: "handle", type: "button", on: {
       focus: () => { this.at = at; this.tell(); },
       keydown: (event) => this.key(at, event),
       pointerdown: (event) => this.grab(at, element, event),
@@ -113,6 +128,7 @@ export class Drawing {
     return element;
   }
 
+  /** @param {number} at @param {KeyboardEvent} event */
   key(at, event) {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const step = STEPS[event.key];
@@ -124,6 +140,7 @@ export class Drawing {
     event.preventDefault();
   }
 
+  /** @param {number} at @param {HTMLElement} element @param {PointerEvent} event */
   grab(at, element, event) {
     element.setPointerCapture(event.pointerId);
     element.focus();
@@ -131,6 +148,7 @@ export class Drawing {
     event.preventDefault();
   }
 
+  /** @param {number} at @param {PointerEvent} event */
   drag(at, event) {
     if (!this.held) return;
     const { from, x, y } = this.held;
@@ -143,7 +161,7 @@ export class Drawing {
     this.held = null;
   }
 
-  /** Move a point to whole px of the picture; it stays in the picture, and in an open line between its neighbours. */
+  /** Move a point to whole px of the picture; it stays in the picture, and in an open line between its neighbours. @param {number} at @param {Point} point @param {boolean} [isDone] */
   moveTo(at, [x, y], isDone = true) {
     const { width, height } = this.viewer.page;
     const ends = this.isClosed ? [] : [this.points[at - 1], this.points[at + 1]];
@@ -154,31 +172,39 @@ export class Drawing {
     if (isDone) this.changed(this.points);
   }
 
-  /** Add a point in the middle of the side that follows a point. */
+  /** Add a point in the middle of the side that follows a point. @param {number} at */
   add(at) {
     const start = !this.isClosed && at === this.points.length - 1 ? at - 1 : at;
     const [[ax, ay], [bx, by]] = [this.points[start], this.points[(start + 1) % this.points.length]];
     this.put(start + 1, [(ax + bx) / 2, (ay + by) / 2]);
   }
 
+  /** @param {Point} point */
   insert(point) {
     this.put(sideNearest(this.points, this.isClosed, point) + 1, point);
   }
 
+  /** @param {number} at @param {Point} point */
   put(at, point) {
     if (this.points.length >= this.most) return;
     this.points = this.points.toSpliced(at, 0, point);
     this.draw();
     this.moveTo(at, point);
-    this.handles.children[at].focus();
+    this.focus(at);
   }
 
+  /** @param {number} at */
+  focus(at) {
+    /** @type {HTMLElement} */ (this.handles.children[at]).focus();
+  }
+
+  /** @param {number} at */
   remove(at) {
     if (this.points.length <= this.least) return setText(this.said, t("drawing.least", { n: this.least }));
     this.points = this.points.toSpliced(at, 1);
     this.at = Math.min(at, this.points.length - 1);
     this.draw();
-    this.handles.children[this.at].focus();
+    this.focus(this.at);
     return this.changed(this.points);
   }
 }

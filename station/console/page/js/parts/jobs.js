@@ -7,20 +7,22 @@ import { bytes, number, percent, time } from "../format.js";
 import { attempt } from "../store.js";
 import { firstOf, t } from "../strings.js";
 
-const STATES = { waiting: "history", running: "refresh-cw", done: "circle-check", failed: "octagon-alert", cancelled: "x" };
-const LEVELS = { done: "green", failed: "red", cancelled: "amber" };
+/** @type {Record<string, string>} */ const STATES = { waiting: "history", running: "refresh-cw", done: "circle-check", failed: "octagon-alert", cancelled: "x" };
+/** @type {Record<string, string>} */ const LEVELS = { done: "green", failed: "red", cancelled: "amber" };
 
+/** @param {Job} job */
 function title(job) {
   const about = job.about ?? {};
   const sessions = [about.session ?? about.sessions ?? []].flat().join(", ");
   return [t(`job.${job.kind}`), about.format && t(`format.${about.format}`), sessions].filter(Boolean).join(" · ");
 }
 
+/** @param {Job} job @param {JobResult} result */
 function exported(job, { valid, problems, missing, files, bytes: size, folder }) {
   const list = h("ul", { class: "downloads" });
   const load = async () => {
     const told = await attempt(() => get(`/api/jobs/${job.id}/files`));
-    list.replaceChildren(...(told?.files ?? []).map((file) => h("li", {},
+    list.replaceChildren(...(told?.files ?? []).map((/** @type {{n: number, name: string, bytes: number}} */ file) => h("li", {},
       h("a", { class: "button", href: keyed(`/api/jobs/${job.id}/files/${file.n}`), download: file.name.split("/").pop() }, icon("download"),
         h("span", { class: "button-text", text: file.name })), h("span", { class: "soft", text: bytes(file.bytes) }))));
   };
@@ -28,18 +30,20 @@ function exported(job, { valid, problems, missing, files, bytes: size, folder })
     h("p", { class: "validated", "data-level": valid ? "green" : "red" }, icon(valid ? "package-check" : "octagon-alert"),
       h("strong", { text: t(valid ? "export.valid" : "export.invalid") }), h("span", { text: t("export.size", { n: number(files), size: bytes(size) }) })),
     h("p", { class: "soft path", text: folder }),
-    problems?.length ? h("ul", { class: "problems" }, problems.map((text) => h("li", { text }))) : null,
+    problems?.length ? h("ul", { class: "problems" }, problems.map((one) => h("li", { text: one }))) : null,
     missing?.length ? h("p", {}, h("strong", { text: `${t("export.missing")} ` }), missing.join("; ")) : null,
-    h("details", { on: { toggle: (event) => { if (event.currentTarget.open && !list.firstChild) load(); } } }, h("summary", { text: t("export.files") }), list)];
+    h("details", { on: { toggle: (event) => { if (/** @type {HTMLDetailsElement} */ (event.currentTarget).open && !list.firstChild) load(); } } }, h("summary", { text: t("export.files") }), list)];
 }
 
+/** @param {JobResult} result */
 function verified({ files, problems }) {
   const level = problems.length ? "red" : "green";
   return [h("p", { class: "validated", "data-level": level }, icon(problems.length ? "octagon-alert" : "circle-check"),
     h("strong", { text: t(problems.length ? "verify.problems" : "verify.whole", { n: number(problems.length), files: number(files) }) })),
-  problems.length ? h("ul", { class: "problems" }, problems.map((one) => h("li", { text: `${one.path}: ${one.text}` }))) : null];
+  problems.length ? h("ul", { class: "problems" }, problems.map((one) => h("li", { text: typeof one === "string" ? one : `${one.path}: ${one.text}` }))) : null];
 }
 
+/** @param {JobResult} result */
 function restored(result) {
   const set = typeof result.set_aside === "number" ? result.set_aside : (result.set_aside ?? []).length;
   const good = typeof result.restored === "number" ? result.restored : (result.restored ?? []).length;
@@ -48,21 +52,25 @@ function restored(result) {
   result.report_url ? h("a", { class: "button", href: keyed(result.report_url), target: "_blank" }, icon("download"), h("span", { class: "button-text", text: t("batch.report") })) : null];
 }
 
+/** @param {Job} job */
 function outcome(job) {
   if (job.error) return [h("p", { class: "wrong" }, faultText(job.error))];
   if (!job.result) return [];
-  return { export: exported, verify: (_, result) => verified(result), batch: (_, result) => restored(result) }[job.kind]?.(job, job.result) ?? [];
+  if (job.kind === "export") return exported(job, job.result);
+  if (job.kind === "verify") return verified(job.result);
+  return job.kind === "batch" ? restored(job.result) : [];
 }
 
+/** @param {JobItem[]} items */
 function queue(items) {
-  const order = { running: 0, failed: 1, waiting: 2, done: 3 };
+  /** @type {Record<string, number>} */ const order = { running: 0, failed: 1, waiting: 2, done: 3 };
   const sorted = [...items].sort((one, two) => (order[one.state] ?? 4) - (order[two.state] ?? 4));
   return h("details", { class: "queue", open: items.length < 12 }, h("summary", { text: t("batch.queue", { n: number(items.length) }) }),
     h("ul", {}, sorted.map((item) => h("li", { "data-state": item.state }, icon(STATES[item.state] ?? "history"),
       h("span", { text: item.name }), h("span", { class: "soft", text: item.text || firstOf([`state.${item.state}`], item.state) })))));
 }
 
-/** A card of a job; made anew when the job changes. */
+/** A card of a job; made anew when the job changes. @param {Job} job */
 export function jobCard(job) {
   const busy = job.state === "running" || job.state === "waiting";
   const stage = job.stage ? firstOf([`stage.${job.stage}`], job.stage) : "";
@@ -76,8 +84,12 @@ export function jobCard(job) {
 
 /** The jobs of some kinds, newest first, and those that come; `element` follows the server by itself. */
 export class JobList {
+  /** @param {string[]} kinds @param {typeof import("../store.js").on} listen @param {() => HTMLElement} nothing */
   constructor(kinds, listen, nothing) {
-    Object.assign(this, { kinds, nothing, jobs: new Map(), cards: new Map() });
+    this.kinds = kinds;
+    this.nothing = nothing;
+    /** @type {Map<string, Job>} */ this.jobs = new Map();
+    /** @type {Map<string, HTMLElement>} */ this.cards = new Map();
     this.element = h("section", { class: "jobs", "aria-label": t("jobs") });
     listen("job", (job) => this.put(job));
   }
@@ -88,6 +100,7 @@ export class JobList {
     if (!this.jobs.size) this.element.replaceChildren(this.nothing());
   }
 
+  /** @param {Job} job */
   put(job) {
     if (!this.kinds.includes(job.kind)) return;
     if (!this.jobs.size) this.element.replaceChildren();

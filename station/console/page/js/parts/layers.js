@@ -1,12 +1,13 @@
 // Which layers lie on each other, and what their colours mean.
 
-import { get } from "../api.js";
+import { getOrNull } from "../api.js";
 import { h, segmented, set } from "../dom.js";
 import { measure, percent } from "../format.js";
 import { t } from "../strings.js";
 
 const VEIL = 0.85; // opacity of an overlay: the print stays readable
 
+/** @param {string[]} stops */
 function ramp(stops) {
   const width = 100 / stops.length;
   return h("svg", { class: "ramp", viewBox: "0 0 100 8", preserveAspectRatio: "none", "aria-hidden": "true" },
@@ -17,6 +18,7 @@ function ramp(stops) {
     }));
 }
 
+/** @param {Answers["strain"]} told */
 function strainScale(told) {
   const { min, max, rms } = told.stretch;
   return h("div", {}, ramp(told.colours),
@@ -25,8 +27,9 @@ function strainScale(told) {
 }
 
 /** Micrometres: a good page is off by some hundredths of a millimetre. */
-const micrometres = (mm) => measure(mm * 1000, "µm");
+const micrometres = (/** @type {number} */ mm) => measure(mm * 1000, "µm");
 
+/** @param {Answers["uncertainty"]} told */
 function uncertaintyScale(told) {
   const { total, noise, p95 } = told.uncertainty_mm;
   return h("div", {}, ramp(told.colours),
@@ -34,6 +37,7 @@ function uncertaintyScale(told) {
     h("p", { class: "soft", text: t("uncertainty.told", { total: micrometres(total), noise: micrometres(noise), p95: micrometres(p95) }) }));
 }
 
+/** @param {Answers["coverage"]} told */
 function coverageLegend(told) {
   return h("ul", { class: "legend" }, told.kinds.map(({ key, colour, fraction }) => {
     const swatch = h("rect", { width: 12, height: 12, rx: 2, class: colour ? "" : "no-colour" });
@@ -44,41 +48,45 @@ function coverageLegend(told) {
 }
 
 /** Overlays, from the lowest on: where what their colours mean is found, and how it is shown. */
-const LEGENDS = { strain: ["strain/scale", strainScale], coverage: ["coverage/legend", coverageLegend], uncertainty: ["uncertainty/scale", uncertaintyScale] };
+const LEGENDS = /** @type {Record<string, {path: string, shown: (found: any) => HTMLElement}>} */ ({
+  strain: { path: "strain/scale", shown: strainScale }, coverage: { path: "coverage/legend", shown: coverageLegend },
+  uncertainty: { path: "uncertainty/scale", shown: uncertaintyScale } });
 const OVERLAYS = Object.keys(LEGENDS);
 
-/** The choice of layers: `changed` is called when another is chosen. */
+/** The choice of layers: `changed` is called when another is chosen. @param {() => unknown} changed */
 export function layerChoice(changed) {
-  const chosen = { base: "page" };
+  /** @type {Set<string>} */ const above = new Set();
+  let lowest = "page";
   const legends = h("div", { class: "legends" });
   const base = segmented(t("layers.light"), [["page", t("layer.page")], ["master", t("layer.master")]],
-    (key) => { chosen.base = key; changed(); });
+    (key) => { lowest = key; changed(); });
   const boxes = OVERLAYS.map((name) => {
-    const input = h("input", { type: "checkbox", id: `layer-${name}`, on: { change: () => { chosen[name] = input.checked; changed(); } } });
-    return [name, input, h("label", { class: "check", for: input.id }, input, h("span", { text: t(`layer.${name}`) }))];
+    const input = h("input", { type: "checkbox", id: `layer-${name}`, on: { change: () => { above[input.checked ? "add" : "delete"](name); changed(); } } });
+    return { name, input, label: h("label", { class: "check", for: input.id }, input, h("span", { text: t(`layer.${name}`) })) };
   });
   const element = h("section", { class: "tool-panel", "aria-label": t("layers") }, h("h2", { text: t("layers") }),
-    h("div", { class: "layer-row" }, base.element, boxes.map(([, , label]) => label)), legends);
-  const explain = async (row, prefix, above) => {
-    const parts = await Promise.all(above.map((name) => {
-      const [path, shown] = LEGENDS[name];
-      return get(`/api/pictures/${row.restore}/${path}?leaf=${prefix}`).then(shown).catch(() => null);
+    h("div", { class: "layer-row" }, base.element, boxes.map(({ label }) => label)), legends);
+  const explain = async (/** @type {Row} */ row, /** @type {string} */ prefix, /** @type {string[]} */ names) => {
+    const parts = await Promise.all(names.map(async (/** @type {string} */ name) => {
+      const { path, shown } = LEGENDS[name];
+      const found = await getOrNull(`/api/pictures/${row.restore}/${path}?leaf=${prefix}`);
+      return found ? [shown(found)] : [];
     }));
-    legends.replaceChildren(...parts.filter(Boolean));
+    legends.replaceChildren(...parts.flat());
   };
   return { element,
-    /** The layers for the viewer, of those that the page or leaf has. */
+    /** The layers for the viewer, of those that the page or leaf has. @param {Row} row @param {PageLeaf} leaf */
     of(row, { layers: offered, prefix }) {
       base.offer(["page", "master"].filter((name) => offered.includes(name)));
-      const lowest = offered.includes(chosen.base) ? chosen.base : "page";
-      base.show(lowest);
+      const bottom = offered.includes(lowest) ? lowest : "page";
+      base.show(bottom);
       base.element.hidden = !offered.includes("master");
-      for (const [name, input, label] of boxes) {
+      for (const { name, input, label } of boxes) {
         label.hidden = !offered.includes(name);
         set(input, "disabled", !offered.includes(name));
       }
-      const above = OVERLAYS.filter((name) => chosen[name] && offered.includes(name));
-      explain(row, prefix, above);
-      return [lowest, ...above].map((layer, at) => ({ event: row.restore, layer: `${prefix}${layer}`, opacity: at ? VEIL : 1 }));
+      const names = OVERLAYS.filter((name) => above.has(name) && offered.includes(name));
+      explain(row, prefix, names);
+      return [bottom, ...names].map((layer, at) => ({ event: row.restore, layer: `${prefix}${layer}`, opacity: at ? VEIL : 1 }));
     } };
 }

@@ -1,6 +1,6 @@
 // One page or two of an opened book: whole, split, or one leaf; and where its spine is, drawn on the scanner's picture.
 
-import { get } from "../api.js";
+import { getOrNull } from "../api.js";
 import { button, h, segmented, setText } from "../dom.js";
 import { present, sourceText } from "../corrections.js";
 import { number } from "../format.js";
@@ -8,23 +8,32 @@ import { Drawing, FAR } from "./drawing.js";
 import { CorrectionTool } from "./tool.js";
 import { t } from "../strings.js";
 
-const KEYS = { 0: "whole", 1: "left", 2: "split", 3: "right" };
+/** @type {Record<string, string>} */ const KEYS = { 0: "whole", 1: "left", 2: "split", 3: "right" };
 const CHOICES = ["whole", "left", "split", "right", "auto"];
 const MAX_POINTS = 16;
 const INSET = 0.05; // of the picture: ends of a first spine where none was found
 
 export class LayoutTool extends CorrectionTool {
+  /** @param {import("../draft.js").Draft} draft @param {import("./viewer.js").PageViewer} viewer */
   constructor(draft, viewer) {
     const choice = segmented(t("tool.spine"), CHOICES.map((name) => [name, t(`layout.${name}`)]), (name) => this.propose({ layout: name }));
     const found = h("p", { class: "soft" });
     const begin = button(t("spine.draw"), { icon: "pencil", key: "d", click: () => this.begin() });
     const drawing = new Drawing(viewer, { isClosed: false, least: 2, most: MAX_POINTS, changed: (points) => this.take(points) });
     super(draft, { name: "spine", fields: ["layout", "spine"], otherwise: "preset", body: [choice.element, found, begin, h("p", { class: "hint", text: t("spine.keys") }), drawing.element] });
-    Object.assign(this, { viewer, drawing, choice, beginning: begin, foundText: found });
-    this.keys = { d: () => this.begin(), ArrowLeft: ({ shiftKey }) => this.shift(shiftKey ? -FAR : -1), ArrowRight: ({ shiftKey }) => this.shift(shiftKey ? FAR : 1) };
+    this.viewer = viewer;
+    this.drawing = drawing;
+    this.choice = choice;
+    this.beginning = begin;
+    this.foundText = found;
+    /** @type {number} */ this.asked = null;
+    /** @type {Layout} */ this.layout = null;
+    this.isBegun = false;
+    Object.assign(this.keys, { d: () => this.begin(), ArrowLeft: (/** @type {KeyboardEvent} */ { shiftKey }) => this.shift(shiftKey ? -FAR : -1), ArrowRight: (/** @type {KeyboardEvent} */ { shiftKey }) => this.shift(shiftKey ? FAR : 1) });
     for (const [key, name] of Object.entries(KEYS)) this.keys[key] = () => this.propose({ layout: name });
   }
 
+  /** @param {Source[]} sources @param {string} path */
   given(sources, path) {
     if (path === "spine") return super.given(sources, path);
     const { preset_layout: preset } = this.draft.base;
@@ -33,6 +42,7 @@ export class LayoutTool extends CorrectionTool {
     return preset === "single" ? "whole" : preset;
   }
 
+  /** @param {string} path */
   state(path) {
     const { base } = this.draft;
     if (path === "spine") return [super.state(path)[0], sourceText(present(base, path)[1])];
@@ -45,12 +55,15 @@ export class LayoutTool extends CorrectionTool {
     return Boolean(this.isBegun || (this.draft.base && this.value("spine")));
   }
 
+  /** @param {Row} row @param {string} part */
   async start(row, part) {
     super.start(row, part);
     if (this.asked === row.capture) return;
-    Object.assign(this, { asked: row.capture, layout: null, isBegun: false });
+    this.asked = row.capture;
+    this.layout = null;
+    this.isBegun = false;
     setText(this.foundText, "");
-    const layout = await get(`/api/pages/${row.page}/layout`).catch(() => null);
+    /** @type {Layout} */ const layout = await getOrNull(`/api/pages/${row.page}/layout`);
     if (this.asked !== row.capture || !layout) return;
     this.layout = layout;
     const [left, right] = layout.widths_mm ?? [];
@@ -72,13 +85,14 @@ export class LayoutTool extends CorrectionTool {
     return [INSET, 1 - INSET].map((part) => [Math.round(width / 2), Math.round(part * height)]);
   }
 
-  /** Move the whole spine sideways by px of the picture: the one that was found, where none is drawn. */
+  /** Move the whole spine sideways by px of the picture: the one that was found, where none is drawn. @param {number} across */
   shift(across) {
     const points = this.value("spine") ?? (this.layout?.spine && this.first);
-    if (points) this.take(points.map(([x, y]) => [Math.max(x + across, 0), y]));
+    if (points) this.take(points.map((/** @type {Point} */ [x, y]) => [Math.max(x + across, 0), y]));
     else this.begin();
   }
 
+  /** @param {Point[]} points */
   take(points) {
     this.propose({ spine: points, ...(this.value("layout") === "whole" ? { layout: "split" } : {}) });
   }

@@ -7,6 +7,7 @@ import { t } from "../strings.js";
 const KEYS = { 1: "keep", 2: "remove" };
 
 export class LightTool extends CorrectionTool {
+  /** @param {import("../draft.js").Draft} draft */
   constructor(draft) {
     const choice = segmented(t("tool.light"), Object.entries(KEYS).map(([key, name]) => [name, `${t(`light.${name}`)} (${key})`]),
       (name) => this.choose(name));
@@ -15,19 +16,23 @@ export class LightTool extends CorrectionTool {
     for (const [key, name] of Object.entries(KEYS)) this.keys[key] = () => this.choose(name);
   }
 
+  /** @param {Source[]} sources @param {string} path */
   given(sources, path) {
     return super.given(sources, path) ?? this.draft.base.preset_shading;
   }
 
+  /** @param {string} path */
   state(path) {
     const [, source] = super.state(path);
     return [t(`light.${this.given(this.draft.base.sources, path)}`), source];
   }
 
+  /** @param {string} name */
   choose(name) {
     this.propose({ [this.paths[0]]: name });
   }
 
+  /** @param {string} path @param {any} value */
   isSaved(path, value) {
     return super.isSaved(path, value) || (value !== null && value === this.given(this.draft.base.sources, path));
   }

@@ -19,6 +19,17 @@ const PALETTE = ["#1c488c", "#f2f2f2", "#8c1c1c"]; // where the server has no sc
 export class ModelView {
   constructor() {
     this.kind = "texture";
+    /** @type {Row} */ this.row = null;
+    /** @type {PageLeaf} */ this.leaf = null;
+    /** @type {typeof import("./scene.js")} */ this.library = undefined;
+    /** @type {import("./scene.js").Scene} */ this.scene = undefined;
+    /** @type {Float32Array[]} */ this.frames = null;
+    /** @type {Float32Array} */ this.bent = null;
+    /** @type {PointCloud} */ this.cloud = null;
+    /** @type {number} */ this.started = null;
+    /** @type {number} */ this.before = undefined;
+    this.waiting = 0;
+    this.playing = false;
     this.canvas = h("canvas", { class: "model-canvas" });
     this.dots = h("canvas", { class: "model-canvas", hidden: true });
     this.stage = h("div", { class: "model-stage", tabindex: "0", role: "application", "aria-roledescription": t("model.role"), "data-own-keys": "", "aria-label": t("model.label") },
@@ -38,8 +49,10 @@ export class ModelView {
     this.play(false);
   }
 
+  /** @param {Row} row @param {PageLeaf} leaf */
   async show(row, leaf) {
-    Object.assign(this, { row, leaf });
+    this.row = row;
+    this.leaf = leaf;
     this.stage.hidden = false;
     try {
       this.library ??= await import("./scene.js");
@@ -63,13 +76,21 @@ export class ModelView {
     this.canvas.hidden = kind === "points";
     this.dots.hidden = kind !== "points";
     try {
-      await this[`draw_${kind}`](row, () => row === this.row && leaf === this.leaf && kind === this.kind);
+      await this.drawer(kind)(row, () => row === this.row && leaf === this.leaf && kind === this.kind);
     } catch (error) {
       if (row === this.row && leaf === this.leaf) this.offer(error);
     }
     this.dirty();
   }
 
+  /** What draws a kind of the model. @param {string} kind @returns {(row: Row, isWanted: () => boolean) => Promise<void>} */
+  drawer(kind) {
+    const drawers = /** @type {Record<string, (row: Row, isWanted: () => boolean) => Promise<void>>} */ ({ texture: this.drawTexture,
+      points: this.drawPoints, mesh: this.drawMesh, strain: this.drawStrain, flatten: this.drawFlatten });
+    return drawers[kind].bind(this);
+  }
+
+  /** @param {Model} model */
   async image(model) {
     const image = new Image();
     image.src = keyed(model.texture);
@@ -77,7 +98,8 @@ export class ModelView {
     return image;
   }
 
-  async draw_points(row, wanted) {
+  /** @param {Row} row @param {() => boolean} wanted */
+  async drawPoints(row, wanted) {
     const model = await loadModel(row.capture, "scan");
     const { vertices, uv } = model.arrays;
     const colours = model.texture && uv ? this.library.sampled(uv.values, this.library.pixelsOf(await this.image(model)))
@@ -87,7 +109,7 @@ export class ModelView {
     setText(this.told, t("model.told.points", { n: number(vertices.shape[0]) }));
   }
 
-  async draw_mesh(row, wanted, look = async () => ({ wire: true })) {
+  async drawMesh(/** @type {Row} */ row, /** @type {() => boolean} */ wanted, look = /** @type {(model: Model) => Promise<Look>} */ (async () => ({ wire: true }))) {
     const model = await loadModel(row.restore, "mesh", this.leaf.prefix);
     const chosen = await look(model);
     if (!wanted()) return;
@@ -96,20 +118,22 @@ export class ModelView {
     setText(this.told, t("model.told.mesh", { n: number(model.arrays.vertices.shape[0]), m: number(model.arrays.faces.shape[0]) }));
   }
 
-  draw_texture(row, wanted) {
-    return this.draw_mesh(row, wanted, async (model) => (model.texture ? { uv: model.arrays.uv.values, image: await this.image(model) } : {}));
+  /** @param {Row} row @param {() => boolean} wanted */
+  drawTexture(row, wanted) {
+    return this.drawMesh(row, wanted, async (model) => (model.texture ? { uv: model.arrays.uv.values, image: await this.image(model) } : {}));
   }
 
-  draw_strain(row, wanted) {
-    return this.draw_mesh(row, wanted, async (model) => {
+  /** @param {Row} row @param {() => boolean} wanted */
+  drawStrain(row, wanted) {
+    return this.drawMesh(row, wanted, async (model) => {
       const scale = await get(`/api/pictures/${row.restore}/strain/scale?leaf=${this.leaf.prefix}`).catch(() => ({ colours: PALETTE, end: model.strain_end }));
       return { colours: this.library.scaled(model.arrays.strain.values, model.strain_end ?? scale.end, scale.colours) };
     });
   }
 
-  /** The recorded steps of the solver; where none were kept, straight from the sheet in space to its flat positions. */
-  async draw_flatten(row, wanted) {
-    const recorded = await loadModel(row.restore, "steps", this.leaf.prefix).catch(() => null);
+  /** The recorded steps of the solver; where none were kept, straight from the sheet in space to its flat positions. @param {Row} row @param {() => boolean} wanted */
+  async drawFlatten(row, wanted) {
+    const recorded = await loadModel(row.restore, "steps", this.leaf.prefix).catch(() => /** @type {Model} */ (null));
     const model = recorded ?? await loadModel(row.restore, "mesh", this.leaf.prefix);
     const frames = recorded ? framesOf(recorded.arrays.positions) : [model.arrays.vertices.values, lifted(model.arrays.flat.values)];
     const image = model.texture ? await this.image(model) : null;
@@ -122,17 +146,19 @@ export class ModelView {
     this.play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
   }
 
+  /** @param {number} share */
   fall(share) {
     if (!this.frames) return;
-    this.slider.value = share;
+    this.slider.value = String(share);
     this.bent = this.library.between(this.frames, share, this.bent?.length === this.frames[0].length ? this.bent : new Float32Array(this.frames[0].length));
     this.scene.bend(this.bent);
     this.dirty();
   }
 
+  /** @param {boolean} playing */
   play(playing) {
     this.playing = playing;
-    setIcon(this.player.firstChild, playing ? "pause" : "play");
+    setIcon(this.player.firstElementChild, playing ? "pause" : "play");
     set(this.player, "aria-pressed", String(playing));
     this.started = null;
     if (playing) this.dirty();
@@ -142,6 +168,7 @@ export class ModelView {
     this.waiting ||= requestAnimationFrame((now) => this.frame(now));
   }
 
+  /** @param {number} now */
   frame(now) {
     this.waiting = 0;
     if (!this.scene || !this.element.isConnected) return;
@@ -150,6 +177,7 @@ export class ModelView {
     drawn?.draw(this.orbit.eye(drawn.radius, this.stage.clientWidth / (this.stage.clientHeight || 1)));
   }
 
+  /** @param {number} now */
   advance(now) {
     this.started ??= now;
     const past = now - this.started;
@@ -163,12 +191,14 @@ export class ModelView {
     this.before = undefined;
   }
 
+  /** @param {string} title @param {Content} text @param {Content[]} actions */
   fail(title, text, ...actions) {
     setText(this.told, "");
     this.empty.hidden = false;
     this.empty.replaceChildren(placeholder("model", title, text, ...actions));
   }
 
+  /** @param {import("../api.js").ApiError} error */
   offer(error) {
     if (error.key !== "not_recorded") return this.fail(t("model.none"), errorText(error));
     const points = button(t("model.unrecorded.points"), { icon: "scan-line", click: () => { this.kind = "points"; this.load(); } });
@@ -176,11 +206,13 @@ export class ModelView {
   }
 }
 
+/** @param {Model["arrays"][string]} options */
 function framesOf({ values, shape }) {
   const size = shape[1] * shape[2];
   return Array.from({ length: shape[0] }, (_, at) => values.subarray(at * size, (at + 1) * size));
 }
 
+/** @param {Float32Array} flat */
 function lifted(flat) {
   const positions = new Float32Array((flat.length / 2) * 3);
   let [x, y] = [0, 0];

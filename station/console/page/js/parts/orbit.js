@@ -11,11 +11,14 @@ const STEEPEST = 1.5; // radians up or down: beyond the pole left and right woul
 
 /** The place of a camera that looks at the middle of a model; `changed` is called when it moves. */
 export class Orbit {
+  /** @param {HTMLElement} element @param {() => unknown} changed */
   constructor(element, changed) {
-    Object.assign(this, { element, changed, fingers: new Map() });
+    this.element = element;
+    this.changed = changed;
+    /** @type {Map<number, PointerEvent>} */ this.fingers = new Map();
     this.reset();
     element.addEventListener("pointerdown", (event) => { element.setPointerCapture(event.pointerId); this.fingers.set(event.pointerId, event); });
-    for (const name of ["pointerup", "pointercancel"]) element.addEventListener(name, (event) => this.fingers.delete(event.pointerId));
+    for (const name of /** @type {("pointerup" | "pointercancel")[]} */ (["pointerup", "pointercancel"])) element.addEventListener(name, (event) => this.fingers.delete(event.pointerId));
     element.addEventListener("pointermove", (event) => this.drag(event));
     element.addEventListener("wheel", (event) => { event.preventDefault(); this.zoom(Math.exp(event.deltaY * WHEEL)); }, { passive: false });
     element.addEventListener("keydown", (event) => this.key(event));
@@ -24,6 +27,7 @@ export class Orbit {
   /**
    * Where the eye is that sees a model of this radius around the origin: its position in mm, the directions right, up and
    * back of it, and the focal length, of the height of the picture.
+   * @param {number} radius @param {number} aspect
    */
   eye(radius, aspect) {
     const [sin, cos] = [Math.sin, Math.cos];
@@ -36,12 +40,17 @@ export class Orbit {
   }
 
   reset() {
-    Object.assign(this, { turn: -0.35, tilt: 0.45, distance: 1, x: 0, y: 0 });
-    this.changed?.();
+    this.turn = -0.35;
+    this.tilt = 0.45;
+    this.distance = 1;
+    this.x = 0;
+    this.y = 0;
+    this.changed();
   }
 
+  /** @param {KeyboardEvent} event */
   key(event) {
-    const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+    const steps = /** @type {Record<string, number[]>} */ ({ ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] })[event.key];
     if (steps) this.rotate(steps[0] * KEY_TURN, steps[1] * KEY_TURN);
     else if (event.key === "+") this.zoom(1 / 1.2);
     else if (event.key === "-") this.zoom(1.2);
@@ -50,6 +59,7 @@ export class Orbit {
     event.preventDefault();
   }
 
+  /** @param {PointerEvent} event */
   drag(event) {
     const before = this.fingers.get(event.pointerId);
     if (!before) return;
@@ -57,19 +67,21 @@ export class Orbit {
     const other = [...this.fingers.values()].find((one) => one.pointerId !== event.pointerId);
     this.fingers.set(event.pointerId, event);
     if (other) {
-      const far = (one) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY) || 1;
+      const far = (/** @type {PointerEvent} */ one) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY) || 1;
       this.move(dx / 2, dy / 2);
       this.zoom(far(before) / far(event));
     } else if (event.buttons & 2 || event.shiftKey) this.move(dx, dy);
     else this.rotate(dx * TURN, dy * TURN);
   }
 
+  /** @param {number} turn @param {number} tilt */
   rotate(turn, tilt) {
     this.turn += turn;
     this.tilt = Math.min(Math.max(this.tilt + tilt, -STEEPEST), STEEPEST);
     this.changed();
   }
 
+  /** @param {number} dx @param {number} dy */
   move(dx, dy) {
     const { clientHeight } = this.element;
     this.x -= (dx / clientHeight) * this.distance;
@@ -77,6 +89,7 @@ export class Orbit {
     this.changed();
   }
 
+  /** @param {number} factor */
   zoom(factor) {
     this.distance = Math.min(Math.max(this.distance * factor, NEAREST), FARTHEST);
     this.changed();

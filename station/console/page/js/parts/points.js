@@ -5,11 +5,11 @@ const FAR = 3.4e38;
 const LARGEST = 5; // px of a point's side: beyond it the sheet is looked at too closely to be closed
 const SAMPLED = 1000; // neighbours whose distance is measured
 
-/** Median distance of neighbours in a list of points (n, 3): the spacing of the range grid along its rows. */
+/** Median distance of neighbours in a list of points (n, 3): the spacing of the range grid along its rows. @param {Float32Array} vertices */
 export function spacing(vertices) {
   const count = vertices.length / 3 - 1;
   const step = Math.max(Math.floor(count / SAMPLED), 1);
-  const found = [];
+  /** @type {number[]} */ const found = [];
   for (let at = 0; at < count; at += step) {
     const k = 3 * at;
     found.push(Math.hypot(vertices[k + 3] - vertices[k], vertices[k + 4] - vertices[k + 1], vertices[k + 5] - vertices[k + 2]));
@@ -17,7 +17,7 @@ export function spacing(vertices) {
   return found.sort((one, two) => one - two)[found.length >> 1] ?? 0;
 }
 
-/** Greatest distance of points (n, 3) from the origin. */
+/** Greatest distance of points (n, 3) from the origin. @param {Float32Array} vertices */
 export function reach(vertices) {
   let square = 0;
   for (let k = 0; k < vertices.length; k += 3) square = Math.max(square, vertices[k] ** 2 + vertices[k + 1] ** 2 + vertices[k + 2] ** 2);
@@ -26,6 +26,7 @@ export function reach(vertices) {
 
 /** A canvas with points. vertices: (n, 3) mm; colours: (n, 3) bytes. */
 export class PointCloud {
+  /** @param {HTMLCanvasElement} canvas @param {Float32Array} vertices @param {Numbers} colours */
   constructor(canvas, vertices, colours) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
@@ -37,18 +38,22 @@ export class PointCloud {
     this.spacing = spacing(vertices);
     this.radius = reach(vertices);
     this.frames = 0;
+    /** @type {ImageData} */ this.image = undefined;
+    /** @type {Uint32Array} */ this.pixels = undefined;
+    /** @type {Float32Array} */ this.depths = undefined;
   }
 
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height || (this.image?.width === width && this.image.height === height)) return;
-    Object.assign(this.canvas, { width, height });
+    this.canvas.width = width;
+    this.canvas.height = height;
     this.image = new ImageData(width, height);
     this.pixels = new Uint32Array(this.image.data.buffer);
     this.depths = new Float32Array(width * height);
   }
 
-  /** Draw as an eye sees it: {position, right, up, back, focal}; focal: of the height of the picture. */
+  /** Draw as an eye sees it: {position, right, up, back, focal}; focal: of the height of the picture. @param {Eye} eye */
   draw(eye) {
     this.resize();
     if (!this.image) return;
@@ -59,10 +64,11 @@ export class PointCloud {
     splat(this, eye, focal, Math.min(Math.max(side, 1), LARGEST));
     this.context.putImageData(this.image, 0, 0);
     this.frames += 1;
-    this.canvas.dataset.frames = this.frames;
+    this.canvas.dataset.frames = String(this.frames);
   }
 }
 
+/** @param {PointCloud} cloud @param {Eye} eye @param {number} focal @param {number} side */
 function splat({ vertices, colours, pixels, depths, image: { width, height } }, { position: [px, py, pz], right: [rx, ry, rz], up: [ux, uy, uz], back: [bx, by, bz] }, focal, side) {
   const [middle, centre, half] = [width / 2, height / 2, (side - 1) / 2];
   for (let at = 0, k = 0; at < colours.length; at += 1, k += 3) {

@@ -10,16 +10,17 @@ import { t } from "../strings.js";
 const [WIDE, HIGH] = [256, 72]; // of the histogram, in its own units
 const QUANTILE = 0.995; // of the bins: a few that stand out do not flatten the others
 
-/** The outline of 256 counts as an SVG path; `top` is the count that reaches the upper edge. */
+/** The outline of 256 counts as an SVG path; `top` is the count that reaches the upper edge. @param {number[]} counts @param {number} top */
 export function outline(counts, top) {
   const points = counts.map((count, at) => `${at},${(HIGH * (1 - Math.min(count / top, 1))).toFixed(1)}`);
   return `M0,${HIGH} L${points.join(" L")} L${WIDE - 1},${HIGH} Z`;
 }
 
+/** @param {Preview} preview */
 function histogram({ histogram: bins, clipped }) {
   const counts = [...bins.r, ...bins.g, ...bins.b].sort((one, two) => one - two);
   const top = Math.max(counts[Math.floor(counts.length * QUANTILE)], 1);
-  const channel = (name) => h("path", { class: `channel ${name}`, d: outline(bins[name], top) });
+  const channel = (/** @type {keyof Channels} */ name) => h("path", { class: `channel ${name}`, d: outline(bins[name], top) });
   return h("figure", { class: "aid histogram" },
     h("figcaption", { text: t("histogram") }),
     h("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, preserveAspectRatio: "none", role: "img", "aria-label": t("histogram.label") },
@@ -28,11 +29,12 @@ function histogram({ histogram: bins, clipped }) {
       h("span", { text: `${t("clipped.white")} ${percent(clipped.white)}` })));
 }
 
+/** @param {Preview} preview */
 function depthGauge({ depth, distance_mm: distance }) {
   if (!depth) return null;
   const [low, high] = [Math.min(depth.near, depth.min), Math.max(depth.far, depth.max)];
-  const at = (value) => ((value - low) / (high - low || 1)) * 100;
-  const bar = (class_, from, to) => h("rect", { class: class_, x: at(from), width: Math.max(at(to) - at(from), 1), y: class_ === "window" ? 6 : 3, height: class_ === "window" ? 8 : 14, rx: 2 });
+  const at = (/** @type {number} */ value) => ((value - low) / (high - low || 1)) * 100;
+  const bar = (/** @type {string} */ class_, /** @type {number} */ from, /** @type {number} */ to) => h("rect", { class: class_, x: at(from), width: Math.max(at(to) - at(from), 1), y: class_ === "window" ? 6 : 3, height: class_ === "window" ? 8 : 14, rx: 2 });
   const inside = depth.inside_fraction >= 0.999;
   return h("figure", { class: "aid depth" },
     h("figcaption", { text: t("depth") }),
@@ -43,12 +45,14 @@ function depthGauge({ depth, distance_mm: distance }) {
     h("p", { text: t("depth.page", { min: number(depth.min), max: number(depth.max), share: percent(depth.inside_fraction) }) }));
 }
 
+/** @param {Preview} preview */
 function sharpness({ sharpness: found }) {
   if (!found || found.blur_px === null) return null;
   return h("p", { class: "aid focus", "data-level": found.level }, icon(levelIcon(found.level)),
     h("span", { text: `${t("measure.blur_px")} ${measure(found.blur_px, "px")}` }));
 }
 
+/** @param {Preview} preview */
 function legend(preview) {
   return h("ul", { class: "legend" }, preview.legend.filter((entry) => entry.fraction > 0).map((entry) => {
     const swatch = h("rect", { width: 12, height: 12, rx: 2 });
@@ -62,8 +66,8 @@ function legend(preview) {
 export function previewPane() {
   const element = h("div", { class: "preview" });
   let aids = true;
-  let shown;
-  const show = (preview) => {
+  /** @type {Preview} */ let shown;
+  const show = (/** @type {Preview} */ preview) => {
     shown = preview;
     if (!preview) {
       element.replaceChildren(placeholder("preview", t("preview.none"), t("preview.none.text"), actionButton("preview")));

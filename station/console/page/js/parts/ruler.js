@@ -10,26 +10,30 @@ const MM_PER_INCH = 25.4;
 
 /** A ruler on a viewer: `element` is its panel; `on` and `off` with the mode. */
 export class Ruler {
+  /** @param {import("./viewer.js").PageViewer} viewer */
   constructor(viewer) {
     this.viewer = viewer;
-    this.points = [];
-    this.rows = ["page", "sheet", "chord"].map((name) => [name, h("dd", { text: "–" })]);
+    /** @type {Position[]} */ this.points = [];
+    this.clicked = (/** @type {{quick: boolean, position: Position}} */ { quick, position }) => { if (quick) this.put(this.viewer.toPage(position)); };
+    this.redraw = () => this.draw();
+    this.rows = ["page", "sheet", "chord"].map((name) => ({ name, value: h("dd", { text: "–" }) }));
     this.told = h("p", { class: "soft", role: "status", text: t("ruler.first") });
     this.element = h("section", { class: "tool-panel", "aria-label": t("tool.ruler") }, this.told,
-      h("dl", { class: "figures" }, this.rows.map(([name, value]) => h("div", {}, h("dt", { text: t(`ruler.${name}`) }), value))),
+      h("dl", { class: "figures" }, this.rows.map(({ name, value }) => h("div", {}, h("dt", { text: t(`ruler.${name}`) }), value))),
       h("div", { class: "row" }, button(t("ruler.here"), { icon: "crosshair", click: () => this.put(this.middle()) }),
         button(t("ruler.clear"), { icon: "x", kind: "quiet", click: () => this.clear() })));
     this.cross = h("span", { class: "crosshair", "aria-hidden": "true" });
     this.drawing = h("g", { class: "ruler" });
   }
 
+  /** @param {Row} row @param {PageLeaf} leaf */
   start(row, leaf) {
-    Object.assign(this, { row, leaf });
+    this.row = row;
+    this.leaf = leaf;
     this.viewer.element.append(this.cross);
     this.viewer.over.append(this.drawing);
-    this.clicked ??= (event) => { if (event.quick) this.put(this.viewer.toPage(event.position)); };
     this.viewer.viewer.addHandler("canvas-click", this.clicked);
-    this.viewer.listeners.add(this.redraw ??= () => this.draw());
+    this.viewer.listeners.add(this.redraw);
     this.clear();
   }
 
@@ -47,11 +51,12 @@ export class Ruler {
 
   clear() {
     this.points = [];
-    for (const [, value] of this.rows) setText(value, "–");
+    for (const { value } of this.rows) setText(value, "–");
     setText(this.told, t("ruler.first"));
     this.draw();
   }
 
+  /** @param {Position} point */
   async put(point) {
     if (this.points.length === 2) this.clear();
     this.points.push(point);
@@ -60,7 +65,7 @@ export class Ruler {
     const [one, two] = this.points.map(({ x, y }) => [x, y].map((value) => (value * MM_PER_INCH) / this.viewer.page.dpi));
     setText(this.told, t("ruler.measuring"));
     try {
-      const query = new URLSearchParams({ x0: one[0], y0: one[1], x1: two[0], y1: two[1], leaf: this.leaf.prefix });
+      const query = new URLSearchParams({ x0: String(one[0]), y0: String(one[1]), x1: String(two[0]), y1: String(two[1]), leaf: this.leaf.prefix });
       this.tell(await get(`/api/models/${this.row.restore}/measure?${query}`));
     } catch (error) {
       if (error.key === "not_recorded") this.tell({ page_mm: Math.hypot(two[0] - one[0], two[1] - one[1]) }, "ruler.unrecorded");
@@ -68,8 +73,9 @@ export class Ruler {
     }
   }
 
+  /** @param {Record<string, number>} found */
   tell(found, words = "ruler.told") {
-    for (const [name, value] of this.rows) setText(value, `${name}_mm` in found ? `${number(found[`${name}_mm`], 2)} mm` : "–");
+    for (const { name, value } of this.rows) setText(value, `${name}_mm` in found ? `${number(found[`${name}_mm`], 2)} mm` : "–");
     setText(this.told, t(words));
   }
 
@@ -78,7 +84,7 @@ export class Ruler {
     const dots = this.points.map(({ x, y }) => h("circle", { cx: x, cy: y, r: size }));
     const [one, two] = this.points;
     const line = two ? h("line", { x1: one.x, y1: one.y, x2: two.x, y2: two.y }) : null;
-    this.drawing.replaceChildren(...[line && line.cloneNode(), line, ...dots].filter(Boolean));
-    if (line) set(this.drawing.firstChild, "class", "under");
+    this.drawing.replaceChildren(...[line?.cloneNode(), line, ...dots].filter(Boolean));
+    if (line) set(this.drawing.firstElementChild, "class", "under");
   }
 }

@@ -1,11 +1,11 @@
 // What WebGL draws of a model: mesh, texture, strain, and the sheet on its way into the plane.
 
-import * as THREE from "../../vendor/three/three.module.js";
+import * as THREE from "/page/vendor/three/three.module.js";
 
 const SHARPEST = 1.5; // device pixels for one of the style sheet: more costs time and shows nothing
 const PAPER = 0xdcd6ca;
 
-/** The pixels of a picture as {data, width, height}. */
+/** The pixels of a picture as {data, width, height}. @param {HTMLImageElement} image */
 export function pixelsOf(image) {
   const canvas = new OffscreenCanvas(image.width, image.height);
   const context = canvas.getContext("2d", { willReadFrequently: true });
@@ -13,7 +13,7 @@ export function pixelsOf(image) {
   return context.getImageData(0, 0, image.width, image.height);
 }
 
-/** The colour of a picture at every texture coordinate, (n, 3) bytes. */
+/** The colour of a picture at every texture coordinate, (n, 3) bytes. @param {Numbers} uv @param {ImageData} image */
 export function sampled(uv, { data, width, height }) {
   const colours = new Uint8Array((uv.length / 2) * 3);
   for (let at = 0; at < uv.length / 2; at += 1) {
@@ -24,7 +24,7 @@ export function sampled(uv, { data, width, height }) {
   return colours;
 }
 
-/** The colours of values from −end to end on a list of colours "#rrggbb", (n, 3) bytes. */
+/** The colours of values from −end to end on a list of colours "#rrggbb", (n, 3) bytes. @param {Float32Array} values @param {number} end @param {string[]} palette */
 export function scaled(values, end, palette) {
   const stops = palette.map((name) => [1, 3, 5].map((at) => parseInt(name.slice(at, at + 2), 16)));
   const colours = new Uint8Array(values.length * 3);
@@ -36,7 +36,7 @@ export function scaled(values, end, palette) {
   return colours;
 }
 
-/** Positions between two frames of an animation, (n, 3); `share` runs from 0, the first frame, to 1, the last. */
+/** Positions between two frames of an animation, (n, 3); `share` runs from 0, the first frame, to 1, the last. @param {Float32Array[]} frames @param {number} share @param {Float32Array} target */
 export function between(frames, share, target) {
   const place = Math.min(Math.max(share, 0), 1) * (frames.length - 1);
   const low = Math.min(Math.floor(place), frames.length - 2);
@@ -47,6 +47,7 @@ export function between(frames, share, target) {
 
 /** A canvas with one model. Throws where the browser has no WebGL. */
 export class Scene {
+  /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.canvas = canvas;
     THREE.ColorManagement.enabled = false; // pictures are shown with the codes they have
@@ -63,7 +64,8 @@ export class Scene {
 
   /** Take away what was drawn, and free its memory. */
   clear() {
-    for (const one of [...this.scene.children].filter((child) => child.geometry)) {
+    for (const one of [...this.scene.children]) {
+      if (!(one instanceof THREE.Mesh)) continue;
       this.scene.remove(one);
       one.geometry.dispose();
       one.material.map?.dispose();
@@ -71,6 +73,11 @@ export class Scene {
     }
   }
 
+  /**
+   * Draw a sheet.
+   * @param {Float32Array} vertices @param {Uint32Array} faces
+   * @param {{uv?: Float32Array, image?: HTMLImageElement, colours?: Uint8Array, wire?: boolean}} [look]
+   */
   sheet(vertices, faces, { uv, image, colours, wire } = {}) {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(vertices, 3));
@@ -94,6 +101,7 @@ export class Scene {
     }
   }
 
+  /** @param {THREE.BufferGeometry} geometry @param {THREE.Mesh} drawn */
   put(geometry, drawn) {
     geometry.computeBoundingSphere();
     this.radius = geometry.boundingSphere.radius || 1;
@@ -102,7 +110,7 @@ export class Scene {
     this.scene.add(drawn);
   }
 
-  /** New positions for the sheet that is drawn. */
+  /** New positions for the sheet that is drawn. @param {Float32Array} vertices */
   bend(vertices) {
     const { position } = this.drawn.geometry.attributes;
     position.array.set(vertices);
@@ -123,17 +131,17 @@ export class Scene {
     this.camera.updateProjectionMatrix();
   }
 
-  /** Draw the model as an eye of `Orbit.eye` sees it. */
+  /** Draw the model as an eye of `Orbit.eye` sees it. @param {Eye} eye */
   draw({ position, right, up, back, focal }) {
     const away = Math.hypot(...position);
-    const [rightward, upward, backward] = [right, up, back].map((axis) => new THREE.Vector3(...axis));
+    const [rightward, upward, backward] = [right, up, back].map((axis) => new THREE.Vector3().fromArray(axis));
     this.camera.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(rightward, upward, backward));
-    this.camera.position.set(...position);
+    this.camera.position.fromArray(position);
     Object.assign(this.camera, { near: away / 50, far: away + 4 * this.radius, fov: (Math.atan(0.5 / focal) * 360) / Math.PI });
     this.camera.updateProjectionMatrix();
     this.renderer.render(this.scene, this.camera);
     this.frames += 1;
-    this.canvas.dataset.frames = this.frames;
+    this.canvas.dataset.frames = String(this.frames);
   }
 
   end() {

@@ -3,16 +3,17 @@
 const DRAG_PX = 6; // less is a click
 const REST_MS = 400; // of a finger, until it holds a leaf
 
-const under = (event) => document.elementFromPoint(event.clientX, event.clientY)?.closest(".leaf") ?? null;
+const under = (/** @type {MouseEvent} */ event) => /** @type {HTMLElement} */ (document.elementFromPoint(event.clientX, event.clientY)?.closest(".leaf") ?? null);
 
 /**
  * Follow a pointer from `down` on. `over` gets the element below it, null for none; `dropped` that on which a leaf is
  * let go. Returns a function that says whether a leaf is held.
+ * @param {PointerEvent} down @param {{over: (element: HTMLElement) => void, dropped: (element: HTMLElement) => void}} options
  */
 export function follow(down, { over, dropped }) {
   const [end, isTouch] = [new AbortController(), down.pointerType === "touch"];
   const options = { signal: end.signal };
-  const far = (event) => Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) > DRAG_PX;
+  const far = (/** @type {MouseEvent} */ event) => Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) > DRAG_PX;
   let held = false;
   const rest = isTouch ? setTimeout(() => { held = true; over(under(down)); }, REST_MS) : 0;
   const stop = () => { clearTimeout(rest); end.abort(); over(null); };

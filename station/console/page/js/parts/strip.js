@@ -10,9 +10,9 @@ import { t } from "../strings.js";
 
 const WIDTH = 116; // px from one page to the next, as the style sheet has it
 const SPARE = 3; // pages beside those in sight, drawn before they come into it
-const LEVELS = { green: "circle-check", amber: "triangle-alert", red: "octagon-alert", "": "circle-help" };
+/** @type {Record<string, string>} */ const LEVELS = { green: "circle-check", amber: "triangle-alert", red: "octagon-alert", "": "circle-help" };
 
-/** The icon of a level: each has its own shape, for eyes that do not tell the colours. */
+/** The icon of a level: each has its own shape, for eyes that do not tell the colours. @param {string} level */
 export function levelIcon(level) {
   return LEVELS[level] ?? LEVELS[""];
 }
@@ -23,10 +23,10 @@ function card() {
   const level = icon("circle-help");
   const mark = icon("bookmark");
   const done = icon("check");
-  const element = h("div", { class: "card", role: "option", on: { click: () => select(Number(element.dataset.page)) } },
+  /** @type {HTMLElement} */ const element = h("div", { class: "card", role: "option", on: { click: () => select(Number(element.dataset.page)) } },
     pictures, h("span", { class: "card-foot" }, label, mark, done, level));
-  return { element, show: (row, at, chosen) => {
-    element.dataset.page = row.page;
+  return { element, show: (/** @type {Row} */ row, /** @type {number} */ at, /** @type {boolean} */ chosen) => {
+    element.dataset.page = String(row.page);
     element.id = `strip-${row.page}`;
     element.style.transform = `translateX(${at * WIDTH}px)`;
     set(element, "aria-selected", String(chosen));
@@ -46,11 +46,13 @@ function card() {
   } };
 }
 
+/** @param {string} source */
 function thumbnail(source) {
-  const picture = h("img", { src: source, alt: "", width: 104, height: 64, loading: "lazy", decoding: "async", on: { error: () => picture.classList.add("gone") } });
+  /** @type {HTMLElement} */ const picture = h("img", { src: source, alt: "", width: 104, height: 64, loading: "lazy", decoding: "async", on: { error: () => picture.classList.add("gone") } });
   return picture;
 }
 
+/** @param {Row} row */
 function spoken(row) {
   const parts = [pageName(row), row.busy ? t("page.restoring") : row.level ? t(`level.${row.level}`) : t("level.none")];
   if (row.accepted) parts.push(t("state.accepted"));
@@ -81,13 +83,13 @@ export function pageStrip() {
     (key) => sortRows(key === "worst"));
   const element = h("section", { class: "strip", "aria-label": t("strip") },
     h("div", { class: "strip-head" }, h("h2", { text: t("strip") }), count, lastLine(), order.element), scroller);
-  const cards = [];
+  /** @type {ReturnType<typeof card>[]} */ const cards = [];
   let waiting = 0;
   const draw = () => {
     waiting = 0;
     const first = Math.max(Math.floor(scroller.scrollLeft / WIDTH) - SPARE, 0);
     const last = Math.min(Math.ceil((scroller.scrollLeft + scroller.clientWidth) / WIDTH) + SPARE, store.order.length);
-    while (cards.length < last - first) sizer.append((cards[cards.length] = card()).element);
+    while (cards.length < last - first) sizer.append(cards[cards.push(card()) - 1].element);
     const chosen = current()?.page;
     // A page keeps its element while the strip moves: the remainder of its place decides.
     const used = new Set();
@@ -100,7 +102,7 @@ export function pageStrip() {
     for (const one of cards) if (!used.has(one)) one.element.hidden = true;
     set(sizer, "aria-activedescendant", used.size && document.getElementById(`strip-${chosen}`) ? `strip-${chosen}` : null);
   };
-  const later = () => { waiting ||= requestAnimationFrame(draw); };
+  const later = () => { if (!waiting) waiting = requestAnimationFrame(draw); };
   const reveal = () => {
     const at = store.order.indexOf(current()?.page);
     if (at < 0) return;
@@ -117,7 +119,7 @@ export function pageStrip() {
     later();
   };
   sizer.addEventListener("keydown", (event) => {
-    const steps = { ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity }[event.key];
+    const steps = /** @type {Record<string, number>} */ ({ ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity })[event.key];
     if (!steps || !store.order.length) return;
     event.preventDefault();
     const at = store.order.indexOf(current()?.page) + steps;

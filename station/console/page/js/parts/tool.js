@@ -1,17 +1,25 @@
 // What all tools of corrections have: their fields, the values that these have now and where those come from.
 
-import { button, h, setText } from "../dom.js";
+import { button, h } from "../dom.js";
 import { fieldText, isOfOneScan, present, sourceText, valueAt, valueText, withFields } from "../corrections.js";
 import { t } from "../strings.js";
 
 /**
  * A tool over the draft of a page. A tool has `name` (of its texts), `fields` of a page or a part, `otherwise` (where
- * a value comes from that no correction gives), and may have `body`, `keys` (key → act), `shown` and `ended`; `apply` opens the choice of further pages. `isStill`: the page is
+ * a value comes from that no correction gives), and may have `body` and `keys` (key → act); `apply` opens the choice of further pages. `isStill`: the page is
  * shown as it was before.
  */
 export class CorrectionTool {
+  /** @param {import("../draft.js").Draft} draft @param {{name: string, fields: string[], otherwise?: string, body?: Content[]}} options */
   constructor(draft, { name, fields, otherwise = "", body = [] }) {
-    Object.assign(this, { draft, name, fields, otherwise, part: "page", keys: {} });
+    this.draft = draft;
+    this.fields = fields;
+    this.otherwise = otherwise;
+    this.part = "page";
+    /** @type {Record<string, (event: KeyboardEvent) => unknown>} */ this.keys = {};
+    /** @type {Row} */ this.row = null;
+    /** @type {() => void} */ this.apply = null;
+    this.isStill = false;
     this.now = h("ul", { class: "soft" });
     this.rest = h("div", { class: "row" }, button(t("tool.found"), { icon: "rotate-ccw", click: () => this.asFound() }),
       button(t("apply.more"), { key: "a", click: () => this.apply?.() }));
@@ -24,7 +32,7 @@ export class CorrectionTool {
     return this.fields.map((name) => name.replace("part", `parts.${this.part}`));
   }
 
-  /** The value of a field as it is with the draft; undefined: as found. */
+  /** The value of a field as it is with the draft; undefined: as found. @param {string} path */
   value(path) {
     const drafted = this.draft.value(path);
     if (drafted !== undefined && drafted !== null) return drafted;
@@ -32,12 +40,12 @@ export class CorrectionTool {
     return this.given(drafted === null ? sources.filter(({ source }) => source !== "page") : sources, path);
   }
 
-  /** The value of a field by layers of corrections. */
+  /** The value of a field by layers of corrections. @param {Source[]} sources @param {string} path */
   given(sources, path) {
     return present({ sources }, path)[0];
   }
 
-  /** What is said of a field as it is without the draft: [value, source]. */
+  /** What is said of a field as it is without the draft: [value, source]. @param {string} path */
   state(path) {
     const [value, source] = present(this.draft.base, path);
     return [valueText(path, value), sourceText(source || this.otherwise)];
@@ -49,13 +57,25 @@ export class CorrectionTool {
     return this.paths.filter((path) => !isOfOneScan(path)).map((path) => ({ path, value: valueAt(table, path) })).filter(({ value }) => value !== undefined);
   }
 
+  /** @param {Row} row @param {string} part */
   start(row, part) {
-    Object.assign(this, { row, part });
+    this.row = row;
+    this.part = part;
     this.show();
   }
 
   end() {
-    this.ended?.();
+    this.ended();
+  }
+
+  /** What a tool does when another one is chosen, and when its values may have changed. */
+  ended() {}
+
+  shown() {}
+
+  /** Whether the tool works on the scanner's picture. */
+  get isOnScan() {
+    return false;
   }
 
   show() {
@@ -67,16 +87,17 @@ export class CorrectionTool {
     });
     if (this.now.dataset.lines !== lines.join()) this.now.replaceChildren(...lines.map((text) => h("li", { text })));
     this.now.dataset.lines = lines.join();
-    this.shown?.();
+    this.shown();
   }
 
-  /** Change fields in the draft; a value that the page has already is not one. */
+  /** Change fields in the draft; a value that the page has already is not one. @param {Fields} fields */
   propose(fields) {
     if (!this.draft.base) return;
     const changed = Object.entries(fields).map(([path, value]) => [path, this.isSaved(path, value) ? undefined : value]);
     this.draft.set(Object.fromEntries(changed));
   }
 
+  /** @param {string} path @param {any} value */
   isSaved(path, value) {
     const [saved, source] = present(this.draft.base, path);
     return value === null ? source !== "page" : JSON.stringify(saved) === JSON.stringify(value);
@@ -84,10 +105,10 @@ export class CorrectionTool {
 
   /** Take the page's own values away: then a rule, the preset or what was found holds. */
   asFound() {
-    this.propose(Object.fromEntries(this.paths.map((path) => [path, null])));
+    this.propose(Object.fromEntries(this.paths.map((path) => [path, /** @type {unknown} */ (null)])));
   }
 
-  /** Act on a key; returns whether it did. */
+  /** Act on a key; returns whether it did. @param {string} key @param {KeyboardEvent} event */
   key(key, event) {
     const act = this.keys[key];
     act?.(event);

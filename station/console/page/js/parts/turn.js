@@ -12,6 +12,7 @@ const MM_PER_INCH = 25.4;
 const GRID_MM = 10;
 
 export class TurnTool extends CorrectionTool {
+  /** @param {import("../draft.js").Draft} draft @param {import("./viewer.js").PageViewer} viewer */
   constructor(draft, viewer) {
     const input = h("input", { type: "number", min: -MAX_DEG, max: MAX_DEG, step: FINE_DEG,
       on: { change: () => { if (input.value !== "") this.rotate(Number(input.value)); } } });
@@ -19,20 +20,27 @@ export class TurnTool extends CorrectionTool {
       button(t("turn.right"), { key: ".", click: () => this.quarter(1) }));
     super(draft, { name: "turn", fields: ["part.turn", "part.rotate_deg"], body: [quarters, field(t("turn.deg"), input, t("turn.keys"))] });
     this.grid = h("div", { class: "turn-grid", "aria-hidden": "true" });
-    Object.assign(this, { input, viewer });
+    this.input = input;
+    this.viewer = viewer;
+    this.drawGrid = () => {
+      const px = (GRID_MM * this.viewer.scale * this.viewer.page.dpi) / MM_PER_INCH;
+      this.grid.style.backgroundSize = `${px}px ${px}px`;
+    };
     this.keys = { ",": () => this.quarter(-1), ".": () => this.quarter(1),
-      ArrowLeft: (event) => this.rotate(this.angle - (event.shiftKey ? 1 : FINE_DEG)),
-      ArrowRight: (event) => this.rotate(this.angle + (event.shiftKey ? 1 : FINE_DEG)) };
+      ArrowLeft: (/** @type {KeyboardEvent} */ event) => this.rotate(this.angle - (event.shiftKey ? 1 : FINE_DEG)),
+      ArrowRight: (/** @type {KeyboardEvent} */ event) => this.rotate(this.angle + (event.shiftKey ? 1 : FINE_DEG)) };
   }
 
   get angle() {
     return this.value(this.paths[1]) ?? 0;
   }
 
+  /** @param {number} step */
   quarter(step) {
     this.propose({ [this.paths[0]]: ((this.value(this.paths[0]) ?? 0) + step + 4) % 4 });
   }
 
+  /** @param {number} degrees */
   rotate(degrees) {
     const within = Math.min(Math.max(degrees, -MAX_DEG), MAX_DEG);
     this.propose({ [this.paths[1]]: Math.round(100 * within) / 100 + 0 });
@@ -49,10 +57,7 @@ export class TurnTool extends CorrectionTool {
     this.input.value = String(this.angle);
     if (!this.viewer.page) return;
     this.viewer.element.append(this.grid);
-    this.viewer.listeners.add(this.drawGrid ??= () => {
-      const px = (GRID_MM * this.viewer.scale * this.viewer.page.dpi) / MM_PER_INCH;
-      this.grid.style.backgroundSize = `${px}px ${px}px`;
-    });
+    this.viewer.listeners.add(this.drawGrid);
     this.viewer.turn(this.beyond);
   }
 

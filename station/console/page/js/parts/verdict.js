@@ -9,7 +9,7 @@ import { levelIcon } from "./strip.js";
 const LENGTH = 100; // of a scale, in its own units
 const [GREEN, AMBER] = [50, 80]; // where amber and red begin: every scale alike, so that the eye compares places
 
-/** Where on a scale of 0 to LENGTH a value stands between its limits; less is worse where the first limit is greater. */
+/** Where on a scale of 0 to LENGTH a value stands between its limits; less is worse where the first limit is greater. @param {number} value @param {number[]} pair */
 export function place(value, [amber, red]) {
   const past = (value - amber) / (red - amber);
   if (past >= 0) return Math.min(GREEN + past * (AMBER - GREEN), LENGTH);
@@ -18,8 +18,9 @@ export function place(value, [amber, red]) {
   return best === amber ? 0 : Math.max(0, GREEN * (1 - (value - amber) / (best - amber)));
 }
 
+/** @param {Finding} finding */
 function scale({ value, limits, level }) {
-  const band = (from, to, name) => h("rect", { x: from, y: 5, width: to - from, height: 4, class: `band ${name}` });
+  const band = (/** @type {number} */ from, /** @type {number} */ to, /** @type {string} */ name) => h("rect", { x: from, y: 5, width: to - from, height: 4, class: `band ${name}` });
   const marks = limits && value !== null
     ? [band(0, GREEN, "green"), band(GREEN, AMBER, "amber"), band(AMBER, LENGTH, "red"),
       h("rect", { class: "needle", "data-level": level, x: Math.min(place(value, limits), LENGTH - 3), y: 0, width: 3, height: 14, rx: 1.5 })]
@@ -27,18 +28,19 @@ function scale({ value, limits, level }) {
   return h("svg", { class: "scale", viewBox: `0 0 ${LENGTH} 14`, preserveAspectRatio: "none", "aria-hidden": "true" }, marks);
 }
 
-/** Both limits in words: `amber above 1.2 px, red above 2 px`. */
+/** Both limits in words: `amber above 1.2 px, red above 2 px`. @param {Finding} finding */
 export function limitsText({ limits, unit, less_is_worse: less }) {
   if (!limits) return t("limits.none");
   const [amber, red] = limits.map((limit) => measure(limit, unit));
   return t(less ? "limits.below" : "limits.above", { amber, red });
 }
 
-/** The name of a measure in the reader's language. */
+/** The name of a measure in the reader's language. @param {string} name */
 export function measureName(name) {
   return t(`measure.${name}`);
 }
 
+/** @param {Finding} finding */
 function line(finding) {
   const text = measure(finding.value, finding.unit);
   const bad = finding.level === "amber" || finding.level === "red";
@@ -50,7 +52,7 @@ function line(finding) {
     hint ? h("span", { class: "light-hint", text: `${hint} ${limitsText(finding)}` }) : null);
 }
 
-/** The sign of a verdict: its level in shape, colour and word. */
+/** The sign of a verdict: its level in shape, colour and word. @param {Row} row */
 export function levelSign(row) {
   const level = row?.failed ? "red" : row?.level ?? "";
   const word = row?.failed ? t("level.failed") : row?.busy ? t("page.restoring") : level ? t(`level.${level}`) : t("level.none");
@@ -63,7 +65,7 @@ export function verdictLights() {
   const told = h("p", { class: "soft" });
   const noted = h("div", { class: "notes" });
   const element = h("div", { class: "verdict", tabindex: "0", role: "group", "aria-label": t("verdict") }, told, list, noted);
-  return { element, show: (row, findings, notes) => {
+  return { element, show: (/** @type {Row} */ row, /** @type {Finding[]} */ findings, /** @type {Details["notes"]} */ notes = null) => {
     const text = !row || row.failed ? "" : row.busy ? t("verdict.waiting") : findings?.length ? "" : t("verdict.none");
     told.replaceChildren(...(row?.failed ? faultText(row.failed, "page.failed.text") : [text]));
     set(told, "hidden", !text && !row?.failed);

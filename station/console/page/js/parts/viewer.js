@@ -9,7 +9,7 @@ const LIBRARY = "/page/vendor/openseadragon/openseadragon.min.js";
 const MM_PER_INCH = 25.4;
 const MARGIN = 0.03; // around the page, in its widths
 const BAR_PX = 140; // the scale bar is as long as this at most, and a round number of mm
-let library;
+/** @type {Promise<typeof import("openseadragon")>} */ let library;
 
 function load() {
   library ??= new Promise((done, failed) => {
@@ -22,6 +22,7 @@ function load() {
   return library;
 }
 
+/** @param {typeof import("openseadragon")} OpenSeadragon @param {HTMLElement} element @param {string} label */
 function open(OpenSeadragon, element, label) {
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
   const viewer = OpenSeadragon({ element, drawer: "canvas", prefixUrl: "", showNavigationControl: false, animationTime: still ? 0 : 0.5,
@@ -43,24 +44,28 @@ export class PageViewer {
     this.bar = h("span", { class: "scale-bar" });
     this.zoomed = h("span", { class: "zoomed" });
     this.element = h("div", { class: "page-viewer" }, this.base, this.svg, this.bar, this.zoomed);
-    this.listeners = new Set();
-    this.layers = new Map();
-    this.page = null; // {key, width, height, dpi, isScan}: without a size, that of its lowest layer
+    /** @type {Set<() => void>} */ this.listeners = new Set();
+    /** @type {Map<string, import("openseadragon").TiledImage>} */ this.layers = new Map();
+    /** @type {typeof import("openseadragon")} */ this.osd = undefined;
+    /** @type {import("openseadragon").Viewer} */ this.viewer = undefined;
+    /** @type {Promise<void>} */ this.shown = undefined;
+    /** @type {Shot} */ this.page = null; // {key, width, height, dpi, isScan}: without a size, that of its lowest layer
   }
 
   async start() {
     this.osd ??= await load();
     if (this.viewer) return;
     this.viewer = open(this.osd, this.base, t("viewer.label"));
-    for (const event of ["animation", "resize", "open", "update-viewport"]) this.viewer.addHandler(event, () => this.moved());
+    for (const event of /** @type {const} */ (["animation", "resize", "open", "update-viewport"])) this.viewer.addHandler(event, () => this.moved());
   }
 
-  /** Show the layers of a page from the lowest up: [{event, layer, opacity}]; others are taken away. */
+  /** Show the layers of a page from the lowest up: [{event, layer, opacity}]; others are taken away. @param {Shot} page @param {Picture[]} layers */
   show(page, layers) {
     this.shown = (this.shown ?? Promise.resolve()).then(() => this.put(page, layers)); // one after the other
     return this.shown;
   }
 
+  /** @param {Shot} page @param {Picture[]} layers */
   async put(page, layers) {
     await this.start();
     const wanted = new Map(layers.map((one) => [`${one.event}/${one.layer}`, one]));
@@ -79,25 +84,27 @@ export class PageViewer {
     this.moved();
   }
 
+  /** @param {string} key @param {Picture} options @param {number} index */
   add(key, { opacity = 1 }, index) {
     return new Promise((done) => {
       this.viewer.addTiledImage({ tileSource: keyed(`/api/pictures/${key}.dzi`), opacity, index, width: 1,
-        success: ({ item }) => done(item), error: () => done(null) });
+        success: (event) => done(/** @type {any} */ (event).item), error: () => done(null) });
     });
   }
 
+  /** @param {string} key @param {import("openseadragon").TiledImage} item */
   remove(key, item) {
     this.layers.delete(key);
     if (item) this.viewer.world.removeItem(item);
   }
 
-  /** Where pixel (x, y) of the page lies in the element, in px. */
+  /** Where pixel (x, y) of the page lies in the element, in px. @param {number} x @param {number} y */
   toScreen(x, y) {
     const { width } = this.page;
     return this.viewer.viewport.viewportToViewerElementCoordinates(new this.osd.Point(x / width, y / width));
   }
 
-  /** The pixel of the page below a point of the element. */
+  /** The pixel of the page below a point of the element. @param {Position} point */
   toPage(point) {
     const found = this.viewer.viewport.viewerElementToViewportCoordinates(new this.osd.Point(point.x, point.y));
     return { x: found.x * this.page.width, y: found.y * this.page.width };
@@ -108,7 +115,7 @@ export class PageViewer {
     return this.toScreen(1000, 0).distanceTo(this.toScreen(0, 0)) / 1000;
   }
 
-  /** Turn what is shown by degrees clockwise; by a quarter or more it is fitted in again. */
+  /** Turn what is shown by degrees clockwise; by a quarter or more it is fitted in again. @param {number} degrees */
   turn(degrees) {
     const before = this.viewer.viewport.getRotation();
     if (Math.abs(before - degrees) < 1e-6) return;
@@ -136,6 +143,7 @@ export class PageViewer {
     setText(this.bar, `${number(length, 2)} mm`);
   }
 
+  /** @param {number} factor */
   zoom(factor) {
     this.viewer?.viewport.zoomBy(factor).applyConstraints();
   }
@@ -154,13 +162,13 @@ export class PageViewer {
     this.viewer?.viewport.zoomTo(this.viewer.viewport.getZoom() / this.scale / devicePixelRatio);
   }
 
-  /** Move to a rectangle of the page, in its pixels. */
+  /** Move to a rectangle of the page, in its pixels. @param {Word} word @param {number} [margin] */
   reveal({ x, y, w, h: tall }, margin = 6) {
     const grown = [x - w * margin, y - tall * margin, w * (1 + 2 * margin), tall * (1 + 2 * margin)].map((one) => one / this.page.width);
     this.viewer?.viewport.fitBounds(new this.osd.Rect(...grown));
   }
 
-  /** A second viewer that follows this one, for what is compared with the page. */
+  /** A second viewer that follows this one, for what is compared with the page. @param {HTMLElement} element */
   follower(element) {
     const other = open(this.osd, element, t("compare.before"));
     other.setMouseNavEnabled(false);

@@ -10,15 +10,20 @@ import { t } from "../strings.js";
 const HEIGHT = 0.8; // of a word's box: size of its letters
 const TYPING_MS = 250; // without a key: the word is written
 
-/** Words without accents and capitals, as the search compares them. */
+/** Words without accents and capitals, as the search compares them. @param {string} text */
 export function plain(text) {
   return text.normalize("NFD").replace(/\p{M}/gu, "").toLowerCase();
 }
 
 /** Words over a viewer; `element` is the panel with the search. */
 export class Words {
+  /** @param {import("./viewer.js").PageViewer} viewer @param {(page: number, part: string) => unknown} go */
   constructor(viewer, go) {
-    Object.assign(this, { viewer, go, words: [], query: "" });
+    this.viewer = viewer;
+    this.go = go;
+    /** @type {Word[]} */ this.words = [];
+    this.query = "";
+    /** @type {Hit} */ this.chosen = null;
     this.layer = h("g", { class: "words" });
     this.input = h("input", { type: "search", maxlength: 200, autocomplete: "off", on: { input: () => this.later() } });
     this.told = h("p", { class: "soft", role: "status" });
@@ -27,8 +32,10 @@ export class Words {
       h("div", { class: "search" }, icon("search"), field(t("words.search"), this.input)), this.told, this.hits);
   }
 
+  /** @param {Row} row @param {PageLeaf} leaf */
   async start(row, leaf) {
-    Object.assign(this, { row, leaf });
+    this.row = row;
+    this.leaf = leaf;
     this.viewer.over.append(this.layer);
     this.viewer.svg.classList.add("readable");
     setText(this.told, t("words.loading"));
@@ -73,17 +80,18 @@ export class Words {
       return setText(this.told, errorText(error));
     }
     setText(this.told, t("words.found", { n: number(found.hits.length), read: number(found.pages_with_words), pages: number(found.pages) }));
-    this.hits.replaceChildren(...found.hits.map((hit) => h("li", {},
+    this.hits.replaceChildren(...found.hits.map((/** @type {Hit} */ hit) => h("li", {},
       button(`${t("page.short", { label: hit.label || hit.page })} · ${hit.text}`, { kind: "quiet hit-button", click: () => this.visit(hit) }))));
     return undefined;
   }
 
-  /** Whether a hit is on the page and the leaf that are shown. */
+  /** Whether a hit is on the page and the leaf that are shown. @param {Hit} hit */
   isShown({ page, part }) {
     return this.row?.page === page && this.leaf.prefix === (part ? `${part}.` : "");
   }
 
   // What is chosen is drawn with the words: they may be drawn again at any time, as when the page is told to have changed.
+  /** @param {Hit} hit */
   async visit(hit) {
     this.chosen = hit;
     if (!this.isShown(hit)) await this.go(hit.page, hit.part);

@@ -25,7 +25,7 @@ export default function batchScreen() {
     setText(count, t("batch.chosen", { n: number(chosen.size) }));
     able(start, chosen.size ? "" : t("batch.choose"));
   };
-  const choice = (session) => {
+  const choice = (/** @type {Session} */ session) => {
     const open = session.name === store.state?.session?.name;
     const input = h("input", { type: "checkbox", id: `batch-${session.name}`, disabled: open || Boolean(session.problem), on: { change: () => {
       if (input.checked) chosen.add(session.name);
@@ -38,7 +38,7 @@ export default function batchScreen() {
   };
   const load = async () => {
     const sessions = (await attempt(() => get("/api/sessions")))?.sessions ?? [];
-    for (const name of chosen) if (!sessions.some((one) => one.name === name)) chosen.delete(name);
+    for (const name of chosen) if (!sessions.some((/** @type {Session} */ one) => one.name === name)) chosen.delete(name);
     list.replaceChildren(...(sessions.length ? sessions.map(choice) : [h("li", { class: "soft", text: t("session.none") })]));
     told();
   };

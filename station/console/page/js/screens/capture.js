@@ -19,7 +19,7 @@ function pagePane() {
   const element = h("div", { class: "shot" });
   const waiting = h("p", { class: "shot-waiting", hidden: true }, icon("refresh-cw"), h("span"));
   let drawn = "";
-  const show = (row) => {
+  const show = (/** @type {Row} */ row) => {
     waiting.hidden = !row?.busy;
     if (row) setText(waiting.lastChild, t("shot.restoring", { page: pageName(row) }));
     const key = row ? `${row.page} ${row.capture} ${row.restore} ${row.failed}` : "";
@@ -40,7 +40,7 @@ function progress() {
   const bar = h("progress", { max: 1, "aria-label": t("shot.progress") });
   const words = h("span");
   const element = h("div", { class: "shot-progress", hidden: true }, words, bar);
-  return { element, show: (scanner) => {
+  return { element, show: (/** @type {State["scanner"]} */ scanner) => {
     element.hidden = !scanner.busy;
     if (!scanner.busy) return;
     const [, limit] = scanner.step?.match(LIMIT) ?? [];
@@ -58,9 +58,9 @@ export default function shootScreen() {
   const sub = h("p", { class: "soft page-sub" });
   const sign = h("div", { class: "sign-place" });
   let view = "page";
-  let judged = null;
+  /** @type {number} */ let judged = null;
   const views = segmented(t("view"), [["page", t("view.page"), "image"], ["preview", t("view.preview"), "eye"]], (key) => showView(key));
-  const showView = (key) => {
+  const showView = (/** @type {string} */ key) => {
     view = key;
     views.show(key);
     page.element.hidden = key !== "page";
@@ -79,7 +79,7 @@ export default function shootScreen() {
     const found = row.level || row.failed ? await details(row) : null;
     if (current()?.page === row.page) lights.show(row, found?.checks, found?.notes);
   };
-  for (const event of ["rows", "row", "selected"]) on(event, update);
+  for (const event of /** @type {(keyof StoreEvents)[]} */ (["rows", "row", "selected"])) on(event, update);
   on("state", (state) => { steps.show(state.scanner); if (title.textContent === "") update(); });
   on("preview", (told) => { preview.show(told); if (told && store.state?.scanner.busy !== "capture") showView("preview"); });
   on("message", (message) => { if (message.key === "stored" || message.key === "verdict") showView("page"); });
@@ -99,7 +99,7 @@ export default function shootScreen() {
     pageStrip()) };
 }
 
-/** The facts of a page in one line: its side, when it was shot, its state, its note. */
+/** The facts of a page in one line: its side, when it was shot, its state, its note. @param {Row} row */
 export function facts(row) {
   return [row.side && t(`side.${row.side}`), time(row.captured), row.accepted && t("state.accepted"), row.marked && t("state.marked"),
     row.note && `“${row.note}”`].filter(Boolean).join(" · ");

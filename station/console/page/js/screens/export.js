@@ -18,11 +18,11 @@ export default function exportScreen() {
   const jobs = new JobList(["export"], on, () => placeholder("parcel", t("export.none"), t("export.none.text")));
   const cards = FORMATS.map(([name, picture]) => {
     const input = h("input", { type: "radio", name: "format", value: name, class: "unseen", on: { change: () => choose(name) } });
-    return [name, input, h("label", { class: "format" }, input, icon(picture), h("span", {}, h("strong", { text: t(`format.${name}`) }), h("span", { class: "soft", text: t(`format.${name}.text`) })))];
+    return { name, input, card: h("label", { class: "format" }, input, icon(picture), h("span", {}, h("strong", { text: t(`format.${name}`) }), h("span", { class: "soft", text: t(`format.${name}.text`) }))) };
   });
-  const choose = (name) => {
+  const choose = (/** @type {string} */ name) => {
     format = name;
-    for (const [one, input, card] of cards) { input.checked = one === name; set(card, "data-chosen", one === name); }
+    for (const { name: one, input, card } of cards) { input.checked = one === name; set(card, "data-chosen", one === name); }
     where.hidden = name !== "iiif";
   };
   const start = button(t("export.start"), { icon: "package-check", kind: "primary", click: async () => {
@@ -31,10 +31,10 @@ export default function exportScreen() {
     if (job) jobs.put(job);
   } });
   const load = async () => {
-    const sessions = ((await attempt(() => get("/api/sessions")))?.sessions ?? []).filter((one) => !one.problem && one.pages);
+    const sessions = ((await attempt(() => get("/api/sessions")))?.sessions ?? []).filter((/** @type {Session} */ one) => !one.problem && one.pages);
     const before = session.value || store.state?.session?.name;
-    session.replaceChildren(...sessions.map((one) => h("option", { value: one.name, text: one.title || one.name })));
-    if (sessions.some((one) => one.name === before)) session.value = before;
+    session.replaceChildren(...sessions.map((/** @type {Session} */ one) => h("option", { value: one.name, text: one.title || one.name })));
+    if (sessions.some((/** @type {Session} */ one) => one.name === before)) session.value = before;
     able(start, sessions.length ? "" : t("export.empty"));
   };
   choose(format);
@@ -43,6 +43,6 @@ export default function exportScreen() {
       h("div", { class: "screen-head" }, h("div", {}, h("h1", { text: t("screen.export") }), h("p", { class: "soft", text: t("export.text") }))),
       h("div", { class: "split" },
         h("section", { class: "box", "aria-label": t("export.what") }, h("h2", { text: t("export.what") }), field(t("export.session"), session),
-          h("fieldset", { class: "formats" }, h("legend", { text: t("export.format") }), cards.map(([, , card]) => card)), where, start),
+          h("fieldset", { class: "formats" }, h("legend", { text: t("export.format") }), cards.map(({ card }) => card)), where, start),
         h("div", {}, h("h2", { text: t("jobs") }), jobs.element))) };
 }

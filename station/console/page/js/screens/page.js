@@ -31,8 +31,8 @@ import { facts } from "./capture.js";
 
 const TOOLS = [["look", "hand"], ["compare", "columns-2"], ["ruler", "ruler"], ["words", "text-search"], ["model", "rotate-3d"],
   ["spine", "between-vertical-start"], ["outline", "scan-line"], ["mask", "focus"], ["crop", "maximize"], ["turn", "refresh-cw"], ["light", "sun"]];
-const ASK_KEYS = { j: 1, k: -1 };
-const TOOL_KEYS = { s: "spine", o: "outline", x: "mask", c: "crop", t: "turn", l: "light" };
+/** @type {Record<string, number>} */ const ASK_KEYS = { j: 1, k: -1 };
+/** @type {Record<string, string>} */ const TOOL_KEYS = { s: "spine", o: "outline", x: "mask", c: "crop", t: "turn", l: "light" };
 
 class PageScreen {
   constructor() {
@@ -42,6 +42,7 @@ class PageScreen {
     this.words = new Words(this.viewer, (page, part) => { this.leaves.choose(part); select(page); return this.update(); });
     this.model = new ModelView();
     this.draft = new Draft(() => this.showDraft());
+    /** @type {Record<string, import("../parts/tool.js").CorrectionTool>} */
     this.hands = { spine: new LayoutTool(this.draft, this.viewer), outline: new OutlineTool(this.draft, this.viewer),
       mask: new MaskTool(this.draft, this.viewer), crop: new CropTool(this.draft, this.viewer), turn: new TurnTool(this.draft, this.viewer), light: new LightTool(this.draft) };
     for (const hand of Object.values(this.hands)) hand.apply = () => this.apply();
@@ -55,8 +56,8 @@ class PageScreen {
     this.tools = segmented(t("tools"), TOOLS.map(([name, picture]) => [name, t(`tool.${name}`), picture]), (tool) => this.use(tool));
     this.comparing = segmented(t("compare.with"), [["original", t("layer.original")], ["master", t("layer.master")]],
       (layer) => { this.against = layer; this.use("compare"); });
-    this.zooms = h("div", { class: "zooms" }, [["zoom-out", "zoom.out", () => this.viewer.zoom(1 / 1.5)], ["zoom-in", "zoom.in", () => this.viewer.zoom(1.5)],
-      ["maximize", "zoom.fit", () => this.viewer.fit()], ["scan-eye", "zoom.pixels", () => this.viewer.pixels()]].map(([picture, name, click]) =>
+    this.zooms = h("div", { class: "zooms" }, /** @type {[string, string, () => void][]} */ ([["zoom-out", "zoom.out", () => this.viewer.zoom(1 / 1.5)], ["zoom-in", "zoom.in", () => this.viewer.zoom(1.5)],
+      ["maximize", "zoom.fit", () => this.viewer.fit()], ["scan-eye", "zoom.pixels", () => this.viewer.pixels()]]).map(([picture, name, click]) =>
       button("", { icon: picture, kind: "square", label: t(name), click })));
     this.title = h("h1", { class: "page-title" });
     this.sub = h("p", { class: "soft page-sub" });
@@ -74,9 +75,10 @@ class PageScreen {
         Object.values(this.hands).map((hand) => hand.element), this.layers.element, this.lights.element,
         actionPad(["accept", "again", "mark", "note", "insert", "label"]), this.more),
       pageStrip());
-    for (const event of ["rows", "row", "selected"]) on(event, () => { if (this.element.isConnected) this.update(); });
+    for (const event of /** @type {(keyof StoreEvents)[]} */ (["rows", "row", "selected"])) on(event, () => { if (this.element.isConnected) this.update(); });
   }
 
+  /** @param {string} argument */
   enter(argument) {
     const page = Number(argument);
     if (store.rows.has(page)) select(page);
@@ -109,6 +111,7 @@ class PageScreen {
     await this.use(this.tool);
   }
 
+  /** @param {string} key @param {KeyboardEvent} event */
   key(key, event) {
     const name = TOOL_KEYS[key];
     if (name) this.use(this.tool === name ? "look" : name);
@@ -121,7 +124,7 @@ class PageScreen {
     return true;
   }
 
-  /** Go to the leaf that asks for a correction next, or before. */
+  /** Go to the leaf that asks for a correction next, or before. @param {number} step */
   goAsking(step) {
     const page = current()?.page;
     const found = nextAsking(step, page, this.asked?.page === page ? this.asked.part : this.leaf?.part);
@@ -143,7 +146,7 @@ class PageScreen {
     openApply(row, leaf?.part ?? "page", offered, (made, edits) => {
       const isOn = made.pages.includes(row.page) && !made.own[row.page] && this.row.page === row.page;
       const given = Object.keys(draft.fields).filter((path) => isOn && valueAt(edits, path) !== undefined);
-      draft.set(Object.fromEntries(given.map((path) => [path, undefined])));
+      draft.set(Object.fromEntries(given.map((path) => [path, /** @type {unknown} */ (undefined)])));
       draft.say(t("apply.done", { n: number(made.pages.length) }));
       draft.load(this.row);
     });
@@ -156,7 +159,7 @@ class PageScreen {
     this.showBefore();
   }
 
-  /** Show the page as it was before: without the draft of its tool, and as it was restored before. */
+  /** Show the page as it was before: without the draft of its tool, and as it was restored before. @param {boolean} on */
   async showEarlier(on) {
     if (!this.flat || this.earlier.hasAttribute("aria-disabled")) return;
     this.isEarlier = on;
@@ -178,13 +181,14 @@ class PageScreen {
     return Boolean(this.row && this.hands[this.tool]?.isOnScan) && !this.isEarlier;
   }
 
+  /** @param {string} tool */
   async use(tool) {
     this.tool = tool;
     this.wasOnScan = this.isOnScan;
     this.tools.show(tool);
     this.end();
     const drawn = this.flat || this.isOnScan;
-    for (const [name, panel] of [["compare", this.compareBox], ["ruler", this.ruler.element], ["words", this.words.element]]) panel.hidden = !drawn || tool !== name;
+    for (const [name, panel] of Object.entries({ compare: this.compareBox, ruler: this.ruler.element, words: this.words.element })) panel.hidden = !drawn || tool !== name;
     for (const [name, hand] of Object.entries(this.hands)) hand.element.hidden = !this.row || tool !== name;
     this.layers.element.hidden = !this.flat || this.isOnScan || tool === "model";
     this.viewer.element.hidden = !drawn || tool === "model";
@@ -239,7 +243,7 @@ class PageScreen {
     return this.viewer.show(page, this.layers.of({ ...this.row, restore: event }, leaf));
   }
 
-  /** The restoration that is shown, and its leaf: the present one, or the one before it. */
+  /** The restoration that is shown, and its leaf: the present one, or the one before it. @returns {[number, PageLeaf]} */
   pictured() {
     const { before } = this.details;
     const leaf = this.isEarlier && before?.leaves.find(({ page_px: size, part }) => size && (part === this.leaf.part || before.leaves.length === 1));
@@ -247,10 +251,11 @@ class PageScreen {
   }
 }
 
+/** @param {Details} found @param {PageLeaf} leaf */
 function* history(found, leaf) {
   const [width, height] = leaf?.page_mm ?? [];
   const figures = [["fact.size", width && `${number(width, 1)} × ${number(height, 1)} mm`], ["fact.dpi", leaf?.dpi && `${number(leaf.dpi)} dpi`],
-    ["fact.shots", found.shots.length]].filter(([, value]) => value);
+    ["fact.shots", String(found.shots.length)]].filter(([, value]) => value);
   yield h("dl", { class: "figures" }, figures.map(([name, value]) => h("div", {}, h("dt", { text: t(name) }), h("dd", { text: value }))));
   yield h("details", {}, h("summary", { text: t("history") }), h("ol", { class: "events" }, found.events.map((event) =>
     h("li", {}, h("time", { text: time(event.time) }), h("span", { text: [firstOf([`step.${event.name}`], event.name), typeof event.value === "string" ? event.value : ""].filter(Boolean).join(": ") })))));

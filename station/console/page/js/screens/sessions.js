@@ -12,10 +12,12 @@ import { t } from "../strings.js";
 
 const NAME = "[A-Za-z0-9][A-Za-z0-9 ._\\-]{0,99}";
 
+/** @param {string} screen */
 function goTo(screen) {
   location.hash = `#/${screen}`;
 }
 
+/** @param {string} name */
 async function open(name, more = {}) {
   goTo("sessions"); // what was recovered is shown here, until it has been read
   const state = await attempt(() => post(`/api/sessions/${encodeURIComponent(name)}/open`, more));
@@ -29,18 +31,19 @@ async function close() {
   if (state) setState(state);
 }
 
-/** A name for a folder out of a title: only what every file system takes. */
+/** A name for a folder out of a title: only what every file system takes. @param {string} title */
 export function folderName(title) {
   return title.normalize("NFD").replace(/\p{M}/gu, "").toLowerCase().replace(/ß/g, "ss").replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "").slice(0, 60);
 }
 
+/** @param {() => unknown} reload */
 async function newSession(reload) {
   const told = await attempt(() => get("/api/presets"));
   if (!told) return;
   const title = h("input", { required: true, maxlength: 500, autocomplete: "off" });
   const name = h("input", { required: true, maxlength: 100, pattern: NAME, autocomplete: "off", spellcheck: "false" });
   const [project, organisation] = [h("input", { maxlength: 500 }), h("input", { maxlength: 500 })];
-  const preset = h("select", {}, told.presets.map((one) => h("option", { value: one.name, text: t(`preset.${one.name}`) })));
+  const preset = h("select", {}, told.presets.map((/** @type {{name: string}} */ one) => h("option", { value: one.name, text: t(`preset.${one.name}`) })));
   let own = false;
   name.addEventListener("input", () => { own = true; });
   title.addEventListener("input", () => { if (!own) name.value = folderName(title.value); });
@@ -63,6 +66,7 @@ async function newSession(reload) {
   } });
 }
 
+/** @param {Session} session @param {() => unknown} reload */
 function row(session, reload) {
   const done = session.pages ? session.accepted / session.pages : 0;
   const actions = session.open
@@ -82,13 +86,15 @@ function row(session, reload) {
     h("div", { class: "row end" }, actions));
 }
 
+/** @param {Session[]} sessions @param {() => unknown} reload */
 function grouped(sessions, reload) {
   const days = new Map();
   for (const session of sessions) days.set(day(session.changed), [...(days.get(day(session.changed)) ?? []), session]);
   return [...days].map(([name, list]) => h("section", { class: "session-day" }, h("h2", { text: name }),
-    h("ul", {}, list.map((session) => row(session, reload)))));
+    h("ul", {}, list.map((/** @type {Session} */ session) => row(session, reload)))));
 }
 
+/** @param {Recovery} told @param {() => void} dismiss */
 function recovery(told, dismiss) {
   const pages = told.resumed.join(", ");
   const lines = [

@@ -9,6 +9,7 @@ import { firstOf, known, t } from "../strings.js";
 
 const NOTHING = ""; // of a field: the preset's value, or none
 
+/** @param {Setting} setting */
 function range({ min, max, unit }) {
   const name = unit === "fraction" ? t("unit.fraction") : unit;
   const mark = name ? ` ${name}` : "";
@@ -18,6 +19,7 @@ function range({ min, max, unit }) {
   return `${number(min, 4)} – ${number(max, 4)}${mark}`;
 }
 
+/** @param {any} value @param {Setting} setting */
 function shown(value, setting) {
   if (value === null || value === undefined) return t(setting.kind === "limits" ? "setting.unchecked" : "setting.auto");
   if (Array.isArray(value)) return value.map((one) => number(one, 4)).join(" / ");
@@ -26,9 +28,10 @@ function shown(value, setting) {
   return firstOf([`choice.${value}`], String(value));
 }
 
-const numeric = (setting, id, label) => h("input", { type: "number", id, "aria-label": label, min: setting.min, max: setting.max,
+const numeric = (/** @type {Setting} */ setting, /** @type {string} */ id, /** @type {string} */ label = undefined) => h("input", { type: "number", id, "aria-label": label, min: setting.min, max: setting.max,
   step: setting.step ?? (setting.kind === "integer" ? 1 : "any"), inputmode: "decimal", placeholder: setting.optional ? shown(null, setting) : null });
 
+/** @param {Setting} setting @param {string} id */
 function input(setting, id) {
   if (setting.kind === "choice") {
     const choices = [...(setting.optional ? [NOTHING] : []), ...setting.choices];
@@ -39,27 +42,29 @@ function input(setting, id) {
   return numeric(setting, id);
 }
 
-/** The value of a field, null for an empty one. */
-function valueOf(setting, element) {
-  const of = (one) => (one.value === NOTHING ? null : Number(one.value));
+/** The value of a field, null for an empty one. @param {Setting} setting @param {HTMLInputElement} element */
+function fieldValue(setting, element) {
+  const of = (/** @type {HTMLInputElement} */ one) => (one.value === NOTHING ? null : Number(one.value));
   if (setting.kind === "flag") return element.checked;
   if (setting.kind === "choice") return element.value === NOTHING ? null : setting.choices.find((one) => String(one) === element.value);
   if (setting.kind !== "limits") return of(element);
-  const both = [...element.children].map(of);
+  const both = /** @type {HTMLInputElement[]} */ ([...element.children]).map(of);
   return both.includes(null) ? null : both;
 }
 
+/** @param {Setting} setting @param {HTMLInputElement} element @param {any} value */
 function fill(setting, element, value) {
   if (setting.kind === "flag") element.checked = Boolean(value);
-  else if (setting.kind === "limits") [...element.children].forEach((one, at) => { one.value = value?.[at] ?? NOTHING; });
+  else if (setting.kind === "limits") /** @type {HTMLInputElement[]} */ ([...element.children]).forEach((one, at) => { one.value = value?.[at] ?? NOTHING; });
   else element.value = value ?? NOTHING;
 }
 
 class Line {
+  /** @param {Setting} setting @param {() => unknown} changed */
   constructor(setting, changed) {
     this.setting = setting;
     const id = `setting-${setting.key.replaceAll(".", "-")}`;
-    this.input = input(setting, id);
+    this.input = /** @type {HTMLInputElement} */ (input(setting, id));
     this.reset = button("", { icon: "undo-2", kind: "square quiet", label: t("setting.reset", { name: settingName(setting) }), click: () => { fill(setting, this.input, setting.preset); changed(); } });
     this.preset = h("span", { class: "preset" });
     this.wrong = h("span", { class: "wrong", role: "alert" });
@@ -73,7 +78,7 @@ class Line {
     this.show();
   }
 
-  get value() { return valueOf(this.setting, this.input); }
+  get value() { return fieldValue(this.setting, this.input); }
 
   get staged() { return JSON.stringify(this.value) !== JSON.stringify(this.setting.value ?? null); }
 
@@ -87,6 +92,7 @@ class Line {
   }
 }
 
+/** @param {Setting} setting */
 function settingName(setting) {
   const short = setting.key.split(".").pop();
   return firstOf([`setting.${setting.key}`, `measure.${short}`], short.replaceAll("_", " "));
@@ -94,7 +100,7 @@ function settingName(setting) {
 
 /** The screen, made once. */
 export default function settingsScreen() {
-  let lines = [];
+  /** @type {Line[]} */ let lines = [];
   const groups = h("div", { class: "groups" });
   const told = h("p", { class: "soft", role: "status" });
   const save = button(t("setting.save"), { icon: "check", kind: "primary", click: () => send() });
@@ -108,17 +114,17 @@ export default function settingsScreen() {
     able(save, why ? t(why) : staged ? "" : t("setting.same"));
     able(drop, staged ? "" : t("setting.same"));
   };
-  const show = ({ groups: list }) => {
+  const show = (/** @type {{groups: {key: string, settings: Setting[]}[]}} */ { groups: list }) => {
     lines = [];
-    groups.replaceChildren(...list.map((group) => h("section", { class: "box group" }, h("h2", { text: t(`group.${group.key}`) }),
+    groups.replaceChildren(...list.map((/** @type {{key: string, settings: Setting[]}} */ group) => h("section", { class: "box group" }, h("h2", { text: t(`group.${group.key}`) }),
       h("p", { class: "soft", text: t(`group.${group.key}.text`) }),
-      group.settings.map((setting) => { const line = new Line(setting, changed); lines.push(line); return line.element; }))));
+      group.settings.map((/** @type {Setting} */ setting) => { const line = new Line(setting, changed); lines.push(line); return line.element; }))));
     changed();
   };
   const send = async () => {
     const staged = lines.filter((line) => line.staged);
     if (!staged.length || hindrance()) return;
-    const back = (line) => (JSON.stringify(line.value) === JSON.stringify(line.setting.preset ?? null) ? null : line.value);
+    const back = (/** @type {Line} */ line) => (JSON.stringify(line.value) === JSON.stringify(line.setting.preset ?? null) ? null : line.value);
     try {
       show(await put("/api/settings", { values: Object.fromEntries(staged.map((line) => [line.setting.key, back(line)])) }));
       setText(told, t("setting.saved"));
@@ -128,7 +134,7 @@ export default function settingsScreen() {
     }
   };
   const load = () => get("/api/settings").then(show).catch((error) => setText(told, errorText(error)));
-  for (const event of ["state", "online"]) on(event, changed);
+  for (const event of /** @type {(keyof StoreEvents)[]} */ (["state", "online"])) on(event, changed);
   return { enter: load, element: h("div", { class: "screen plain-screen" },
     h("div", { class: "screen-head sticky" }, h("div", {}, h("h1", { text: t("screen.settings") }), told), h("div", { class: "row" }, drop, save)), groups) };
 }

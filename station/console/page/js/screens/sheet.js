@@ -1,7 +1,7 @@
 // The contact sheet: all leaves of the volume, as openings or singles; their order, their labels, and what is left out.
 
 import { actions, reason } from "../actions.js";
-import { get, keyed, post, put } from "../api.js";
+import { getOrNull, keyed, post, put } from "../api.js";
 import { button, h, icon, placeholder, segmented, set, setIcon, setText } from "../dom.js";
 import { number } from "../format.js";
 import { openMissing, openRun, runText } from "../parts/arranging.js";
@@ -11,22 +11,23 @@ import { ordersApart, sendVersion, setLabel } from "../parts/versions.js";
 import { on, select, store } from "../store.js";
 import { t } from "../strings.js";
 
-const SIZES = { small: 96, medium: 148, large: 256 }; // px, width of a cell
+/** @type {Record<string, number>} */ const SIZES = { small: 96, medium: 148, large: 256 }; // px, width of a cell
 const FOOT = 60; // px by which a cell is higher than wide, as the style sheet has it
 const [PADDING, GAP] = [8, 16]; // px around the sheet; between two openings
 const SPARE = 2; // lines above and below those in sight
 
-/** What lies at each place: leaves, and the labels of missing ones before them. */
+/** What lies at each place: leaves, and the labels of missing ones before them. @param {SheetLeaf[]} leaves */
 export function singles(leaves) {
   return leaves.flatMap((leaf) => [...leaf.missing, leaf]);
 }
 
+/** @typedef {SheetLeaf | string | object} Slot */
 const BREAK = {}; // a place that is empty because two leaves of one side follow each other
 
-/** The same as openings: left leaves on even places, right ones on odd; null: nothing lies there. */
+/** The same as openings: left leaves on even places, right ones on odd; null: nothing lies there. @param {SheetLeaf[]} leaves */
 export function openings(leaves) {
-  const slots = [];
-  const isOneSide = (leaf) => leaf?.side === "left" || leaf?.side === "right";
+  /** @type {Slot[]} */ const slots = [];
+  const isOneSide = (/** @type {SheetLeaf} */ leaf) => leaf?.side === "left" || leaf?.side === "right";
   leaves.forEach((leaf, at) => {
     slots.push(...leaf.missing);
     const isOdd = slots.length % 2 === 1;
@@ -37,22 +38,23 @@ export function openings(leaves) {
   return slots;
 }
 
+/** @param {ContactSheet} sheet */
 function cell(sheet) {
-  const picture = h("img", { alt: "", width: 124, height: 150, loading: "lazy", decoding: "async", on: { error: () => picture.classList.add("gone") } });
+  /** @type {HTMLImageElement} */ const picture = h("img", { alt: "", width: 124, height: 150, loading: "lazy", decoding: "async", on: { error: () => picture.classList.add("gone") } });
   const label = h("span", { class: "card-label" });
   const level = icon("circle-help");
   const done = icon("check");
   const [out, same] = [icon("x"), icon("layers")];
-  const element = h("div", { class: "leaf", role: "option", on: {
+  /** @type {HTMLElement} */ const element = h("div", { class: "leaf", role: "option", on: {
     click: (event) => sheet.click(Number(element.dataset.at), event),
     dblclick: () => sheet.open(),
     pointerdown: (event) => sheet.grab(Number(element.dataset.at), event),
   } }, picture, h("span", { class: "card-foot" }, label, same, out, done, level));
-  return { element, show: (leaf, slot, at, total, columns) => {
+  return { element, show: (/** @type {SheetLeaf} */ leaf, /** @type {number} */ slot, /** @type {number} */ at, /** @type {number} */ total, /** @type {number} */ columns) => {
     const isBroken = sheet.slots[slot - 1] === BREAK;
     const row = store.rows.get(leaf.page);
-    Object.assign(element, { id: `leaf-${at}` });
-    element.dataset.at = at;
+    element.id = `leaf-${at}`;
+    element.dataset.at = String(at);
     element.style.transform = sheet.placeOf(slot, columns);
     set(element, "aria-selected", String(sheet.chosen.has(leaf.name)));
     set(element, "data-active", at === sheet.at);
@@ -76,6 +78,7 @@ function cell(sheet) {
   } };
 }
 
+/** @param {SheetLeaf} leaf @param {Row} [row] */
 function spoken(leaf, row) {
   return [t("sheet.leaf", { name: leaf.name, label: leaf.label || "–" }), row?.level && t(`level.${row.level}`), row?.accepted && t("state.accepted"),
     leaf.left_out && t("sheet.out"), leaf.same?.length && t("sheet.same", { names: leaf.same.join(", ") }), leaf.missing.length && t("sheet.missing", { labels: leaf.missing.join(", ") })].filter(Boolean).join(", ");
@@ -83,7 +86,20 @@ function spoken(leaf, row) {
 
 class ContactSheet {
   constructor() {
-    Object.assign(this, { leaves: [], slots: [], places: [], at: 0, chosen: new Set(), cut: [], view: "openings", size: "medium", cells: [], gaps: [] });
+    /** @type {SheetLeaf[]} */ this.leaves = [];
+    /** @type {Slot[]} */ this.slots = [];
+    /** @type {number[]} */ this.places = [];
+    this.at = 0;
+    /** @type {Set<string>} */ this.chosen = new Set();
+    /** @type {string[]} */ this.cut = [];
+    this.view = "openings";
+    /** @type {string} */ this.size = "medium";
+    /** @type {ReturnType<typeof cell>[]} */ this.cells = [];
+    /** @type {HTMLElement[]} */ this.gaps = [];
+    /** @type {number} */ this.anchor = undefined;
+    /** @type {number} */ this.tag = null;
+    /** @type {number} */ this.cutFrom = null;
+    this.asked = 0;
     this.sizer = h("div", { class: "sheet-sizer", role: "listbox", tabindex: "0", "data-first": "", "aria-multiselectable": "true", "aria-label": t("screen.sheet"),
       "data-own-keys": "", on: { keydown: (event) => this.key(event) } });
     this.scroller = h("div", { class: "sheet-scroller", on: { scroll: () => this.later() } }, this.sizer);
@@ -101,7 +117,7 @@ class ContactSheet {
         button(t("sheet.run"), { icon: "list-ordered", key: "#", click: () => this.askRun() }), button(t("sheet.gap"), { icon: "plus", key: "+", click: () => this.askMissing() }),
         button(t("action.insert"), { icon: "between-vertical-start", key: "i", click: () => this.insert() })),
       this.said, this.none, this.scroller);
-    for (const event of ["rows", "row"]) on(event, () => { if (this.element.isConnected) this.load(); });
+    for (const event of /** @type {(keyof StoreEvents)[]} */ (["rows", "row"])) on(event, () => { if (this.element.isConnected) this.load(); });
     new ResizeObserver(() => this.arrange()).observe(this.scroller);
   }
 
@@ -110,11 +126,13 @@ class ContactSheet {
   }
 
   async load() {
-    const asked = this.asked = (this.asked ?? 0) + 1;
-    const found = await get("/api/leaves").catch(() => null);
+    this.asked += 1;
+    const { asked } = this;
+    const found = await getOrNull("/api/leaves");
     if (found && asked === this.asked) this.takeOver(found);
   }
 
+  /** @param {{tag: number, leaves: SheetLeaf[]}} options */
   takeOver({ tag, leaves }) {
     this.tag = tag;
     const active = this.leaves[this.at]?.name;
@@ -148,7 +166,7 @@ class ContactSheet {
   arrange() {
     this.slots = (this.view === "openings" ? openings : singles)(this.leaves);
     this.places = [];
-    this.slots.forEach((leaf, slot) => { if (leaf?.name) this.places.push(slot); });
+    this.slots.forEach((leaf, slot) => { if (typeof leaf === "object" && leaf && "name" in leaf) this.places.push(slot); });
     this.views.show(this.view);
     this.sizes.show(this.size);
     this.scroller.style.setProperty("--leaf", `${this.width}px`);
@@ -167,7 +185,7 @@ class ContactSheet {
     const { columns, scroller } = this;
     const [first, last] = [Math.floor(scroller.scrollTop / this.height) - SPARE, Math.ceil((scroller.scrollTop + scroller.clientHeight) / this.height) + SPARE];
     const seen = this.places.map((slot, at) => [slot, at]).filter(([slot]) => slot >= first * columns && slot < last * columns);
-    while (this.cells.length < seen.length) this.sizer.append((this.cells[this.cells.length] = cell(this)).element);
+    while (this.cells.length < seen.length) this.sizer.append(this.cells[this.cells.push(cell(this)) - 1].element);
     this.cells.forEach(({ element }) => { element.hidden = true; });
     for (const [slot, at] of seen) {
       const one = this.cells[at % this.cells.length]; // a leaf keeps its element while the sheet scrolls
@@ -179,22 +197,24 @@ class ContactSheet {
     set(this.sizer, "aria-activedescendant", seen.some(([, at]) => at === this.at) ? `leaf-${this.at}` : null);
   }
 
+  /** @param {number} slot @param {number} [columns] */
   placeOf(slot, columns = this.columns) {
     const column = slot % columns;
     return `translate(${column * this.width + this.gap * Math.floor(column / 2)}px, ${Math.floor(slot / columns) * this.height}px)`;
   }
 
-  /** Draw missing leaves and breaks at some of the places; they are spoken with the leaf that follows. */
+  /** Draw missing leaves and breaks at some of the places; they are spoken with the leaf that follows. @param {number} start @param {number} end */
   drawGaps(start, end) {
-    const labels = this.slots.slice(Math.max(start, 0), end).map((label, at) => [label, Math.max(start, 0) + at]).filter(([label]) => label === BREAK || typeof label === "string");
-    while (this.gaps.length < labels.length) this.sizer.append((this.gaps[this.gaps.length] = h("div", { class: "leaf-missing", "aria-hidden": "true" })));
+    const labels = this.slots.slice(Math.max(start, 0), end).map((label, at) => ({ label, slot: Math.max(start, 0) + at })).filter(({ label }) => label === BREAK || typeof label === "string");
+    while (this.gaps.length < labels.length) this.sizer.append(this.gaps[this.gaps.push(h("div", { class: "leaf-missing", "aria-hidden": "true" })) - 1]);
     this.gaps.forEach((element, at) => {
       element.hidden = at >= labels.length;
       if (element.hidden) return;
-      const isBreak = labels[at][0] === BREAK;
-      setText(element, isBreak ? t("sheet.break") : labels[at][0]);
+      const { label, slot } = labels[at];
+      const isBreak = label === BREAK;
+      setText(element, isBreak ? t("sheet.break") : label);
       set(element, "data-break", isBreak);
-      element.style.transform = this.placeOf(labels[at][1]);
+      element.style.transform = this.placeOf(slot);
     });
   }
 
@@ -206,8 +226,8 @@ class ContactSheet {
     this.later();
   }
 
-  /** Make a leaf the active one; shift: choose all between, ctrl: choose it as well. */
-  go(at, { shiftKey, ctrlKey, metaKey } = {}) {
+  /** Make a leaf the active one; shift: choose all between, ctrl: choose it as well. @param {number} at @param {MouseEvent | KeyboardEvent} [event] */
+  go(at, { shiftKey, ctrlKey, metaKey } = /** @type {MouseEvent | KeyboardEvent} */ ({})) {
     if (!this.leaves.length) return;
     const to = Math.min(Math.max(at, 0), this.leaves.length - 1);
     if (shiftKey) {
@@ -222,11 +242,13 @@ class ContactSheet {
     this.reveal();
   }
 
+  /** @param {number} at */
   choose(at) {
     const { name } = this.leaves[at];
     if (!this.chosen.delete(name)) this.chosen.add(name);
   }
 
+  /** @param {number} at @param {MouseEvent} event */
   click(at, event) {
     if (this.isDragged?.()) return;
     if (!event.shiftKey && !event.ctrlKey && !event.metaKey) this.chosen = new Set([this.leaves[at].name]);
@@ -239,11 +261,12 @@ class ContactSheet {
     return chosen.length ? chosen : this.leaves.slice(this.at, this.at + 1);
   }
 
+  /** @param {KeyboardEvent} event */
   key(event) {
     const { key, ctrlKey, metaKey } = event;
     const lines = this.columns;
-    const steps = { ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity }[key];
-    const acts = { ArrowDown: () => this.go(this.beyond(lines), event), ArrowUp: () => this.go(this.beyond(-lines), event),
+    const steps = /** @type {Record<string, number>} */ ({ ArrowRight: 1, ArrowLeft: -1, Home: -Infinity, End: Infinity })[key];
+    /** @type {Record<string, () => unknown>} */ const acts = { ArrowDown: () => this.go(this.beyond(lines), event), ArrowUp: () => this.go(this.beyond(-lines), event),
       " ": () => { this.choose(this.at); this.later(); }, Delete: () => this.toggle(), F2: () => this.openLabel(), Enter: () => this.open(),
       "#": () => this.askRun(), "+": () => this.askMissing(), i: () => this.insert(), u: () => actions.undo(), U: () => actions.redo(), Escape: () => { this.chosen.clear(); this.cut = []; this.later(); } };
     if (!this.leaves.length) return;
@@ -257,7 +280,7 @@ class ContactSheet {
     event.preventDefault();
   }
 
-  /** The leaf nearest to the place that is so many places farther. */
+  /** The leaf nearest to the place that is so many places farther. @param {number} places */
   beyond(places) {
     const wanted = this.places[this.at] + places;
     if (wanted < 0) return this.at;
@@ -266,7 +289,8 @@ class ContactSheet {
   }
 
   take() {
-    Object.assign(this, { cut: this.meant.map(({ name }) => name), cutFrom: this.tag });
+    this.cut = this.meant.map(({ name }) => name);
+    this.cutFrom = this.tag;
     setText(this.said, t("sheet.taken", { n: number(this.cut.length) }));
     this.later();
   }
@@ -276,13 +300,13 @@ class ContactSheet {
     return this.move(this.cut, this.leaves[this.at].name, this.cutFrom);
   }
 
-  /** Move leaves before another one, in the order of a tag; where that is another one by now, the operator chooses. */
+  /** Move leaves before another one, in the order of a tag; where that is another one by now, the operator chooses. @param {string[]} names @param {string} before @param {number} tag */
   async move(names, before, tag) {
     if (names.includes(before)) return;
-    const moved = (all) => all.flatMap((name) => (name === before ? [...names, name] : names.includes(name) ? [] : [name]));
+    const moved = (/** @type {string[]} */ all) => all.flatMap((/** @type {string} */ name) => (name === before ? [...names, name] : names.includes(name) ? [] : [name]));
     const found = await sendVersion(tag, (headers) => post("/api/order", { leaves: names, before }, headers),
       ({ leaves }) => {
-        const theirs = leaves.map(({ name }) => name);
+        const theirs = leaves.map((/** @type {SheetLeaf} */ { name }) => name);
         return ordersApart(moved(theirs), theirs);
       });
     if (!found) return this.load();
@@ -328,14 +352,14 @@ class ContactSheet {
   /** Say which leaves are missing before the active one. */
   askMissing() {
     const [leaf, { tag }] = [this.leaves[this.at], this];
-    const text = (labels) => labels.join(", ") || "–";
+    const text = (/** @type {string[]} */ labels) => labels.join(", ") || "–";
     if (leaf) openMissing(leaf, (labels) => this.change(tag, "/api/missing", { before: leaf.name, labels }, [text(labels), (one) => text(one.missing)]));
   }
 
-  /** Send a change of the arrangement of a tag: of a leaf, as a text, and as it is in the leaf by now. */
+  /** Send a change of the arrangement of a tag: of a leaf, as a text, and as it is in the leaf by now. @param {number} tag @param {string} path @param {{leaf?: string, before?: string, run?: Run, labels?: string[]}} body @param {[string, (current: any) => string]} pair */
   async change(tag, path, body, [mine, theirs]) {
     const name = body.leaf ?? body.before;
-    const found = await sendVersion(tag, (headers) => put(path, body, headers), ({ leaves }) => [mine, theirs(leaves.find((one) => one.name === name) ?? {})]);
+    const found = await sendVersion(tag, (headers) => put(path, body, headers), ({ leaves }) => [mine, theirs(leaves.find((/** @type {{name: string}} */ one) => one.name === name) ?? {})]);
     if (found) this.takeOver(found);
     else this.load();
   }
@@ -352,6 +376,7 @@ class ContactSheet {
     this.input.hidden = true;
   }
 
+  /** @param {KeyboardEvent} event */
   async labelKey(event) {
     event.stopPropagation();
     if (event.key !== "Enter" && event.key !== "Escape") return;
@@ -363,7 +388,7 @@ class ContactSheet {
     if (found) this.takeOver(found);
   }
 
-  /** Drag a leaf, or those that are chosen with it, before the one that it is dropped on. */
+  /** Drag a leaf, or those that are chosen with it, before the one that it is dropped on. @param {number} at @param {PointerEvent} down */
   grab(at, down) {
     if (down.button !== 0) return;
     const [{ name }, { tag }] = [this.leaves[at], this];
