@@ -126,6 +126,11 @@ CODES: Mapping[str, Code] = {
         "image and surface are mirror images of each other: the page reads as the image does. If that is wrong, "
         "mirror the page with --mirror",
     ),
+    "flying_pixels": Code(
+        "note",
+        "{share:.1%} of the points are between a near and a far surface, on neither, and are removed",
+        "points",
+    ),
     "coarse_mesh": Code(
         "doubt",
         "the shape is that of a phone's mesh, accurate to some millimetres at best: creases and waves are "

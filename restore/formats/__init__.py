@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from restore.errors import BadInput
 from restore.formats.abs import read_abs, write_abs
@@ -17,6 +17,12 @@ from restore.formats.cleaning.rounding import joined_by_rounding
 from restore.formats.cleaning.seams import without_seams
 from restore.formats.cleaning.texture_map import with_oriented_map
 from restore.formats.cleaning.vertex_colours import with_picture
+from restore.formats.clouds.arrays import read_arrays
+from restore.formats.clouds.cloud import MAX_BYTES, Cloud, Size, scaled
+from restore.formats.clouds.grid_size import AUTO_GRID, parse_grid
+from restore.formats.clouds.organised import organised_scan
+from restore.formats.clouds.pcd import read_pcd
+from restore.formats.clouds.ply_cloud import has_faces, ply_cloud
 from restore.formats.folder import read_folder, save_scan
 from restore.formats.gltf.glb import read_glb, read_gltf
 from restore.formats.obj import read_obj, write_obj
@@ -24,9 +30,10 @@ from restore.formats.parsing.mesh import PaintedMesh
 from restore.formats.parsing.picture import SUFFIXES as IMAGE_SUFFIXES
 from restore.formats.parsing.picture import encode_png, read_image
 from restore.formats.parsing.png import png_parts
-from restore.formats.parsing.source import is_file, is_folder, read_bytes, scan_stem
+from restore.formats.parsing.source import NO_FACES, is_file, is_folder, read_bytes, scan_stem
 from restore.formats.parsing.unit import AUTO, check_unit, in_millimetres, of_voxels, rescale_mesh
-from restore.formats.ply import read_ply, write_ply
+from restore.formats.ply import ply_mesh, write_ply
+from restore.formats.ply_data import parse_ply
 from restore.formats.references import referenced_files
 from restore.formats.stl import read_stl
 from restore.formats.tifxyz import is_tifxyz, read_tifxyz
@@ -58,19 +65,47 @@ __all__ += ["write_abs", "write_obj", "write_ply", "write_vrml", "write_vvd"]
 
 Read = TypeVar("Read", bound=RangeScan | SurfaceMesh)
 FileReader = Callable[[Path, Bytes | None], Read]
-Reader = Callable[[Path, Bytes | None, str], RangeScan | SurfaceMesh]
+
+
+class Reading(NamedTuple):
+    """How a file is read: its unit, and the size of its grid where that was given."""
+
+    unit: str = AUTO
+    grid: Size | None = None
+
+
+Reader = Callable[[Path, Bytes | None, Reading], RangeScan | SurfaceMesh]
 
 
 def _mesh(read: FileReader[PaintedMesh]) -> Reader:
-    return lambda path, picture, unit: _on_range_grid(merge_copies(in_millimetres(path, read(path, picture), unit)))
+    return lambda path, picture, how: _on_range_grid(merge_copies(in_millimetres(path, read(path, picture), how.unit)))
 
 
 def _range_image(read: FileReader[RangeScan]) -> Reader:
-    return lambda path, picture, unit: _in_its_unit(path, read(path, picture), unit)
+    return lambda path, picture, how: _in_its_unit(path, read(path, picture), how.unit)
 
 
 def _segment(read: FileReader[GridMesh]) -> Reader:
-    return lambda path, picture, unit: in_millimetres(path, read(path, picture), unit, of_voxels)
+    return lambda path, picture, how: in_millimetres(path, read(path, picture), how.unit, of_voxels)
+
+
+def _cloud(read: Callable[[Path, Size | None], Cloud]) -> Reader:
+    return lambda path, picture, how: _of_cloud(path, read(path, how.grid), picture, how.unit)
+
+
+def _of_cloud(path: Path, cloud: Cloud, picture: Bytes | None, unit: str) -> RangeScan | SurfaceMesh:
+    cloud = scaled(path, cloud, unit)
+    if cloud.size is None:
+        raise BadInput(f"{path} holds no surface: it has no triangle", NO_FACES)
+    return organised_scan(path, cloud, picture)
+
+
+def _ply(path: Path, picture: Bytes | None, how: Reading) -> RangeScan | SurfaceMesh:
+    """Read a mesh, or a cloud where the file has no faces."""
+    content = parse_ply(path, read_bytes(path, MAX_BYTES))
+    if has_faces(content):
+        return _mesh(lambda path, picture: ply_mesh(path, content, picture))(path, picture, how)
+    return _of_cloud(path, ply_cloud(path, content, how.grid), picture, how.unit)
 
 
 READERS: dict[str, Reader] = {
@@ -78,8 +113,11 @@ READERS: dict[str, Reader] = {
     ".abs.gz": _range_image(read_abs),
     ".glb": _mesh(read_glb),
     ".gltf": _mesh(read_gltf),
+    ".npy": _cloud(read_arrays),
+    ".npz": _cloud(read_arrays),
     ".obj": _mesh(read_obj),
-    ".ply": _mesh(read_ply),
+    ".pcd": _cloud(read_pcd),
+    ".ply": _ply,
     ".stl": _mesh(read_stl),
     ".vcps": _segment(read_vcps),
     ".vvd": _mesh(read_vvd),
@@ -95,7 +133,9 @@ SCAN_SUFFIXES = tuple(READERS)
 
 
 @checks_types
-def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str = AUTO) -> RangeScan | SurfaceMesh:
+def load_scan(
+    path: Path | str, texture: Path | str | None = None, *, unit: str = AUTO, grid: str = AUTO_GRID
+) -> RangeScan | SurfaceMesh:
     r"""Read a scan file or a scan folder.
 
     A mesh that is one capture of a scanner is returned on its range grid.
@@ -106,6 +146,7 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
              same name in its folder.
     unit     of a mesh's coordinates: mm, cm, m, in, the edge of a voxel as 7.91um, or auto for the unit of the format,
              mm where it has none.
+    grid     columns and rows of an organised cloud, as 2064x1544, where its file does not state them.
     A segment of a CT volume comes back as a GridMesh. Doubled faces are merged, and the charts of a texture atlas put
     together. `provenance` names the unit; `findings` go into the report.
     Raises BadInput for a missing, damaged or unknown file.
@@ -121,14 +162,15 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
     """
     path = Path(path)
     check_unit(unit)
+    how = Reading(unit, parse_grid(grid))
     given_picture = None if texture is None else read_image(Path(texture))
     if is_folder(path):
         if is_tifxyz(path):
-            return _segment(read_tifxyz)(path, given_picture, unit)
+            return _segment(read_tifxyz)(path, given_picture, how)
         if given_picture is not None:
             raise BadInput(f"{path}: a scan folder has its own image", "leave --texture out")
         return _in_its_unit(path, read_captures(path) if is_captures(path) else read_folder(path), unit)
-    scan = _reader(path)(path, given_picture, unit)
+    scan = _reader(path)(path, given_picture, how)
     if given_picture is not None and scan.texture is None:
         raise BadInput(
             f"{path} does not say where the image {texture} lies on it",

@@ -44,15 +44,19 @@ def read_ply(path: Path, texture: Bytes | None = None) -> PaintedMesh:
     texture: (h, w, 3), replaces its picture.
     Raises BadInput.
     """
-    content = parse_ply(path, read_bytes(path))
+    return ply_mesh(path, parse_ply(path, read_bytes(path)), texture)
+
+
+def ply_mesh(path: Path, content: PlyData, texture: Bytes | None = None) -> PaintedMesh:
+    """Return the mesh of a parsed file, as `read_ply`."""
     columns = content.columns.get("vertex", {})
-    vertices = _columns(columns, "xyz")
+    vertices = columns_of(columns, "xyz")
     if vertices is None:
         raise BadInput(f"{path} has no vertices with x, y and z", DAMAGED)
     faces, uv_faces, uv, of_faces = _faces(path, content)
     if uv is None:
-        uv = next((found for names in TEXCOORDS if (found := _columns(columns, names)) is not None), None)
-    colours = _colours(content, "vertex")
+        uv = next((found for names in TEXCOORDS if (found := columns_of(columns, names)) is not None), None)
+    colours = colours_of(content, "vertex")
     if colours is None:
         colours = _colours_of_faces(content, len(vertices))
     pictures = [] if texture is None else [texture]
@@ -97,7 +101,7 @@ def write_ply(mesh: SurfaceMesh, path: Path) -> None:
     path.write_bytes(header.encode() + np.hstack(columns).astype("<f8").tobytes() + faces.tobytes())
 
 
-def _columns(columns: dict[str, NDArray[Any]], names: str | tuple[str, ...]) -> Floats | None:
+def columns_of(columns: dict[str, NDArray[Any]], names: str | tuple[str, ...]) -> Floats | None:
     """Return the numbers (n, k) of the named properties.
 
     None when one of them is missing.
@@ -108,7 +112,7 @@ def _columns(columns: dict[str, NDArray[Any]], names: str | tuple[str, ...]) -> 
         return np.column_stack([columns[name].astype(np.float64, copy=False) for name in names])
 
 
-def _colours(content: PlyData, of: str) -> Bytes | None:
+def colours_of(content: PlyData, of: str) -> Bytes | None:
     """Return the colours (n, 3) of the elements of a name.
 
     Under any name that is in use, of the type that the header says.
@@ -127,7 +131,7 @@ def _colours_of_faces(content: PlyData, count: int) -> Bytes | None:
 
     Where the file gives a colour to each face.
     """
-    colours = _colours(content, "face")
+    colours = colours_of(content, "face")
     corners = next(
         (lists[name] for lists in [content.lists.get("face", {})] for name in CORNERS if name in lists), None
     )
@@ -205,7 +209,7 @@ def _range_grid(path: Path, content: PlyData) -> Ints:
     check_grid(path, rows, cols)
     if rows * cols != len(cells.sizes) or cells.sizes.max() > 1:
         raise BadInput(f"{path}: its range grid has not one sample for each of {cols} × {rows} cells", DAMAGED)
-    vertices = _columns(content.columns["vertex"], "xyz")
+    vertices = columns_of(content.columns["vertex"], "xyz")
     assert vertices is not None
     _check_indices(path, cells.values, len(vertices))
     quads, triangles = grid_polygons((cells.sizes == 1).reshape(rows, cols))

@@ -13,6 +13,7 @@ import pytest
 import trimesh
 from PIL import Image
 
+from oracles import clouds
 from restore.errors import BadInput
 from restore.formats import load_scan, save_scan, write_abs, write_obj, write_ply, write_vrml, write_vvd
 from restore.formats.folder import _sha256
@@ -136,6 +137,12 @@ SOUND = {
     "binary.stl": lambda scan, path: write_mesh(as_mesh(scan), path),
     "text.stl": lambda scan, path: write_ascii_stl(as_mesh(scan), path),
     "a.vcps": write_point_set,
+    "cloud.ply": lambda scan, path: clouds.write_ply(path, scan, remark="comment width 16\ncomment height 12\n"),
+    "ascii.pcd": lambda scan, path: clouds.write_pcd(path, scan, "ascii"),
+    "binary.pcd": lambda scan, path: clouds.write_pcd(path, scan),
+    "compressed.pcd": lambda scan, path: clouds.write_pcd(path, scan, "binary_compressed"),
+    "a.npz": lambda scan, path: clouds.write_npz(path, scan),
+    "a.npy": lambda scan, path: clouds.write_npy(path, scan),
     "a.glb": lambda scan, path: write_mesh(as_mesh(scan), path),
 }
 # Files that belong to a scan, and the scan that is loaded with them.

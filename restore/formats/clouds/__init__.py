@@ -1,0 +1,1 @@
+"""Point clouds and depth images of other scanners."""
