@@ -14,9 +14,8 @@ from station.session import Session
 from station.session.corrections.layers import is_corrected
 from station.session.derivation.parameters import outdated_pages
 from station.session.leaves.leaf import Leaf, leaves_of
-from station.session.log.derivatives import file_of
+from station.session.log.events import file_of
 from station.session.terms.parts import RESTORE
-from station.verdict.checks import worst
 
 DPI = 150
 SHEET_PX = (1240, 1754)  # A4 upright
@@ -64,7 +63,7 @@ def _draw(
     """Draw a leaf side: its picture, and two lines of text under it."""
     x, y = corner
     height, draw = width * 4 // 3, ImageDraw.Draw(sheet)
-    level = worst([check["level"] for check in leaf.checks]) if leaf.is_checked else ""
+    level = leaf.level
     path = _picture(session, leaf)
     if path is None:
         draw.rectangle((x, y, x + width, y + height), outline=COLOURS[""])

@@ -25,9 +25,9 @@ from station.session.corrections.layers import effective_edits
 from station.session.derivation.parameters import outdated_pages
 from station.session.leaves.leaf import DASH, UNCOUNTED, Leaf, is_spread, leaves_of, runs_of
 from station.session.log.current import about_of
-from station.session.log.derivatives import file_of
-from station.session.log.events import VOLUME
-from station.session.terms.parts import PAGE, RESTORE, part_of_file, parts_of
+from station.session.log.events import VOLUME, file_of
+from station.session.log.results import Restored
+from station.session.terms.parts import PAGE, RESTORE, part_of_file
 from station.session.terms.rules import EDITS, RULES
 
 # In the vocabulary of preservation events of the Library of Congress.
@@ -115,7 +115,7 @@ def _whole(session: Session, leaf: Leaf) -> Leaf | None:
 
 def _is_split(page: SessionPage) -> bool:
     """Return whether a page was restored as two leaves."""
-    return RESTORE in page.runs and len(parts_of(page.runs[RESTORE].facts["result"])) > 1
+    return page.restored is not None and page.restored.is_split
 
 
 def _sections(delivered: Sequence[tuple[Page, str]]) -> Iterator[Section]:
@@ -184,7 +184,7 @@ def _spine(session: Session, leaf: Leaf) -> tuple[tuple[float, float], ...]:
 
 def _files(session: Session, event: SessionEvent, part: str) -> Iterator[StoredFile]:
     """The files of an event that are of a part of its page, or of the whole."""
-    several = event.name == RESTORE and len(parts_of(event.facts["result"])) > 1
+    several = isinstance(event.result, Restored) and event.result.is_split
     for (path, digest), name in zip(event.files.items(), _names(event), strict=True):
         of, ending = part_of_file(path)
         if several and of not in (part, PAGE):

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,8 @@ from restore.files import read_regular
 from station.batch.plan import Plan
 from station.intake import records
 from station.intake.arrival import Arrival
-from station.verdict.checks import LEVELS, check_measures
+from station.session.log.results import Checked
+from station.verdict.checks import LEVELS, Check, check_measures
 from station.verdict.thresholds import Thresholds
 
 Read = Callable[[Mapping[str, Any]], float | None]
@@ -126,12 +127,9 @@ def _urgency(one: Ranked) -> tuple[bool, int, float, str]:
     return one.page.state == "restored", -level, -one.rank, one.page.name
 
 
-def concerns(findings: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:
-    """Return the findings of a verdict that are not green, each in a line.
-
-    As they were recorded.
-    """
-    return tuple(f"{one['level']}: {one['text']}" for one in findings if one["level"] != LEVELS[0])
+def concerns(checks: Iterable[Check | Checked]) -> tuple[str, ...]:
+    """Return the checks that are not green, each in a line."""
+    return tuple(f"{one.level}: {one.text}" for one in checks if one.level != LEVELS[0])
 
 
 def texts_of(report: Mapping[str, Any]) -> tuple[str, ...]:
@@ -187,7 +185,7 @@ def _restored(name: str, path: Path, report: Mapping[str, Any], limits: Threshol
         "restored",
         picture if picture.is_file() else None,
         figures_of(report),
-        (*concerns(map(asdict, findings)), *texts_of(report)),
+        (*concerns(findings), *texts_of(report)),
         (width, height),
         float(report.get("seconds", {}).get("total", 0.0)),
         level if findings else "",

@@ -31,10 +31,10 @@ from station.session.derivation.quality import lacks_verdict, record_verdict
 from station.session.derivation.restoration import Run, run_restore
 from station.session.leaves.leaf import Leaf, leaves_of
 from station.session.log.current import preset_of
-from station.session.log.derivatives import file_of
-from station.session.terms.parts import RESTORE, errors_of, measured_parts
+from station.session.log.events import file_of
+from station.session.log.results import Restored
+from station.session.terms.parts import RESTORE
 from station.session.terms.presets import Preset
-from station.verdict.checks import worst
 from station.workers.executors import Workers
 from station.workers.process import MAX_ATTEMPTS, Work
 
@@ -134,11 +134,13 @@ class SessionBatch:
         writer = self._writers[task.session]
         name = f"{writer.session.volume.title}, page {task.page}"
         event = record_page(writer, task, done.run)
-        errors = [error for _, error, _ in errors_of(done.run.result)]
-        if not measured_parts(done.run.result):
-            return Event("set aside", name, errors[0], batch)
-        level = record_verdict(writer, event).facts["result"]["level"]
-        files = [file_of(event, part) for part in measured_parts(done.run.result)]
+        result = event.result
+        assert isinstance(result, Restored)
+        if not result.is_measured:
+            return Event("set aside", name, next(str(leaf.error) for _, leaf in result.failures), batch)
+        record_verdict(writer, event)
+        level = writer.history.page(task.page).level
+        files = [file_of(event, part) for part, leaf in result.leaves.items() if leaf.measures]
         places = ", ".join(str(writer.session.path(event, file)) for file in files if file)
         return Event("restored", name, f"{level}, {places}", batch)
 
@@ -201,6 +203,6 @@ def _outcome(session: Session, leaf: Leaf) -> PageOutcome:
         (*concerns(leaf.checks), *texts_of(report)),
         (size[0], size[1]),
         float(seconds.get("total", 0.0)) if isinstance(seconds, dict) else 0.0,
-        worst([check["level"] for check in leaf.checks]) if leaf.is_checked else "",
+        leaf.level,
         ci95_of(report),
     )

@@ -21,7 +21,7 @@ from station.errors import UsageError
 from station.session import Page, Session, Volume, create_session, decide, open_session, read_session
 from station.session.derivation.restoration import run_restore
 from station.session.leaves.leaf import Leaf, leaves_of
-from station.session.log.derivatives import file_of
+from station.session.log.events import file_of
 from station.session.terms.parts import PAGE, RESTORE, VERDICT, parts_of
 from station.session.terms.presets import load_preset
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured

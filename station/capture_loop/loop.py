@@ -38,7 +38,8 @@ from station.session.derivation.parameters import inputs_of, needs_restoration, 
 from station.session.derivation.quality import lacks_verdict, note_lines, record_verdict, verdict_lines
 from station.session.derivation.restoration import Run, Submit
 from station.session.leaves.leaf import labels_of, missing_labels
-from station.session.terms.parts import PAGE, RESTORE, errors_of, measured_parts
+from station.session.log.results import QualityCheck, Restored
+from station.session.terms.parts import PAGE, RESTORE
 from station.session.terms.rules import Rule, Scope
 from station.workers.process import MAX_ATTEMPTS
 
@@ -299,10 +300,11 @@ class CaptureLoop:
             files=done.folder,
             others=done.inputs,
         )
-        for part, reason, hint in errors_of(run.result):
+        assert isinstance(event.result, Restored)
+        for part, leaf in event.result.failures:
             name = f"{self._name(event.page)}{'' if part == PAGE else f', {part}'}"
-            self.show(Line(f"{name}: RED  not restored: {reason} ({hint})", "restored_failed", event.page))
-        if measured_parts(run.result):
+            self.show(Line(f"{name}: RED  not restored: {leaf.error} ({leaf.hint})", "restored_failed", event.page))
+        if event.result.is_measured:
             self._judge(event)
         self.changed()
         self._continue(self.writer.history.page(event.page), rules_of(self.writer.session))
@@ -319,10 +321,10 @@ class CaptureLoop:
 
     def _judge(self, restored: Event) -> None:
         event = record_verdict(self.writer, restored)
-        result = event.facts["result"]
-        new = [line for line in note_lines(result) if line not in self._noted]  # not with every page
+        assert isinstance(event.result, QualityCheck)
+        new = [line for line in note_lines(event.result) if line not in self._noted]  # not with every page
         self._noted.update(new)
-        for line in (*verdict_lines(self._name(event.page), result), *new):
+        for line in (*verdict_lines(self._name(event.page), event.result), *new):
             self.show(Line(line, "verdict", event.page))
 
     def _accept(self) -> None:

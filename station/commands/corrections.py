@@ -250,10 +250,9 @@ def _by(page: Page) -> dict[str, Any]:
 def _set(session: Session, page: Page, part: str | None, assignments: list[str]) -> dict[str, Any]:
     from station.session.corrections.fields import changed
     from station.session.corrections.layers import own_edits
-    from station.session.terms.parts import parts_of, parts_to_correct
+    from station.session.terms.parts import PAGE, parts_to_correct
 
-    run = page.runs.get("restore")
-    found = list(parts_of({} if run is None else run.facts["result"]))
+    found = [PAGE] if page.restored is None else list(page.restored.leaves)
     return changed(own_edits(session, page), assignments, parts_to_correct(found, part))
 
 

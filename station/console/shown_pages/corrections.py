@@ -10,7 +10,7 @@ from station.session import Page, Session
 from station.session.corrections.layers import effective_edits, layers_of, own_edits, rules_of
 from station.session.derivation.parameters import needs_restoration
 from station.session.log.current import preset_of
-from station.session.terms.parts import RESTORE, parts_of
+from station.session.terms.parts import RESTORE
 from station.session.terms.rules import EDITS
 
 
@@ -54,10 +54,5 @@ def corrections_of(session: Session, number: int) -> dict[str, Any]:
         "outdated": needs_restoration(session, page),
         "restore": None if restored is None else restored.number,
         "restored": None if restored is None else dict(restored.facts.get("parameters", {})).get("edits"),
-        "parts": {} if restored is None else _sizes(restored.facts.get("result", {})),
+        "parts": {} if page.restored is None else {part: leaf.page_mm for part, leaf in page.restored.leaves.items()},
     }
-
-
-def _sizes(result: Any) -> dict[str, Any]:
-    """Return part → width and height in mm; None for a part that was not restored."""
-    return {name: report.get("page_mm") for name, report in parts_of(result).items()}

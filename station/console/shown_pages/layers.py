@@ -22,6 +22,7 @@ from station.images.coverage import COLOURS
 from station.page_files.page_model import decode_model
 from station.session import Event, Session, scan_path
 from station.session.captures.photographs import first_picture, is_set
+from station.session.log.results import Restored
 from station.session.terms.parts import PAGE, STEM
 
 MAX_PIXELS = 120_000_000  # of a picture that is shown: 360 MB as it is drawn
@@ -92,7 +93,7 @@ def models_of(restored: Event | None, capture: Event | None) -> list[str]:
     found = [] if capture is None else ["scan"]
     if restored is None or not any(name.endswith(ENDINGS["strain"]) for name in restored.files):
         return found
-    method = str(restored.facts["result"].get("method"))
+    method = restored.result.method if isinstance(restored.result, Restored) else None
     return [*found, "mesh", *(["steps"] if method in STEPPING else [])]
 
 

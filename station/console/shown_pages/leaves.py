@@ -8,10 +8,9 @@ from typing import Any
 
 from station.console.shown_pages.layers import prefix_of
 from station.session import VOLUME, Session
-from station.session.leaves.leaf import LABEL, LEFT_OUT, MISSING, ORDER, Leaf, leaves_of, runs_of
+from station.session.leaves.leaf import MISSING, ORDER, Leaf, leaves_of, runs_of
 from station.session.terms.labels import LABELS
-from station.session.terms.parts import RESTORE, parts_of
-from station.verdict.checks import same_as
+from station.session.terms.parts import RESTORE
 
 
 def shown_leaves(session: Session) -> dict[str, Any]:
@@ -42,30 +41,20 @@ def _same_pages(leaves: Sequence[Leaf]) -> Mapping[str, set[str]]:
     """
     delivered, same = {leaf.name for leaf in leaves if not leaf.is_left_out}, defaultdict[str, set[str]](set)
     for leaf in leaves:
-        others = {other for check in leaf.checks if check["level"] != "green" and (other := same_as(check))}
-        for other in others & delivered if leaf.name in delivered else ():
+        others = {check.same_as for check in leaf.checks} & delivered
+        for other in filter(None, others) if leaf.name in delivered else ():
             same[leaf.name].add(other)
             same[other].add(leaf.name)
     return same
 
 
-def leaf_tag(leaf: Leaf) -> int:
-    """Return the number of the last decision on a leaf side.
-
-    On its label, or that it is left out; 0 for none.
-    """
-    names = {end for name in (LABEL, LEFT_OUT) for end in (name, f"{name}_{leaf.part}")}
-    return max((decision.number for name, decision in leaf.page.decisions.items() if name in names), default=0)
-
-
 def _shown(leaf: Leaf) -> dict[str, Any]:
-    restored = leaf.page.runs.get(RESTORE)
-    drawn = restored is not None and "error" not in leaf.report
-    count = 0 if restored is None else len(parts_of(restored.facts["result"]))
+    restored, result = leaf.page.runs.get(RESTORE), leaf.page.restored
+    is_drawn = restored is not None and leaf.restored is not None and leaf.restored.error is None
     assert leaf.page.capture is not None
     return {
         "name": leaf.name,
-        "tag": leaf_tag(leaf),
+        "tag": leaf.tag,
         "page": leaf.page.number,
         "part": leaf.part,
         "label": leaf.label,
@@ -74,6 +63,6 @@ def _shown(leaf: Leaf) -> dict[str, Any]:
         "position": leaf.position,
         "left_out": leaf.is_left_out,
         "missing": list(leaf.missing),
-        "event": restored.number if restored and drawn else leaf.page.capture.number,
-        "layer": f"{prefix_of(leaf.part, count)}page" if drawn else "original",
+        "event": restored.number if restored and is_drawn else leaf.page.capture.number,
+        "layer": f"{prefix_of(leaf.part, len(result.leaves))}page" if result and is_drawn else "original",
     }

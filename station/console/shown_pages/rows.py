@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from typing import Any
 
 from restore import BadInput
@@ -16,14 +16,11 @@ from station.console.shown_pages.layers import (
     prefix_of,
     stored_file,
 )
-from station.console.shown_pages.leaves import leaf_tag
 from station.session import VOLUME, Event, Page, Session
-from station.session.derivation.parameters import outdated_pages
 from station.session.derivation.restoration import PAGE
-from station.session.leaves.index import level_of, state_of
-from station.session.leaves.leaf import Leaf, label_of, leaves_by_page
-from station.session.terms.parts import RESTORE, VERDICT, errors_of, parts_of
-from station.verdict.checks import LEVELS, OPERATOR_CHECKS
+from station.session.leaves.views import PageView, views_of
+from station.session.log.results import Restored
+from station.session.terms.parts import RESTORE, VERDICT
 from station.verdict.table import MEASURES
 
 Row = dict[str, Any]
@@ -36,8 +33,7 @@ def rows_of(session: Session, restoring: Collection[int] = ()) -> list[Row]:
 
     restoring: numbers of the pages that are being restored.
     """
-    outdated, pages = frozenset(outdated_pages(session)), leaves_by_page(session).values()
-    return [_row(parts, at, outdated, restoring) for at, parts in enumerate(pages, 1)]
+    return [_row(view, restoring) for view in views_of(session)]
 
 
 def detail_of(session: Session, row: Row) -> dict[str, Any]:
@@ -79,79 +75,34 @@ def finding_of(stored: dict[str, Any]) -> dict[str, Any]:
     return {"page": None, **stored, "unit": unit, "less_is_worse": amber > red}
 
 
-def questions_of(page: Page) -> list[dict[str, str]]:
-    """Return the checks of a page that a correction answers, each with its part.
-
-    None of a page that was accepted as it is.
-    """
-    run = page.runs.get(VERDICT)
-    checks = [] if run is None or page.decided("accept", False) is True else run.facts["result"]["checks"]
-    asked = [one for one in checks if one["name"] in OPERATOR_CHECKS and one["level"] != "green"]
-    return [{"name": one["name"], "part": one.get("part", "")} for one in asked]
-
-
-def rank_of(page: Page) -> float:
-    """Return how bad a page is.
-
-    The number of its level, and how far its worst measure is past the limit, 0 to 1. A page that could not be restored
-    is worst of all; one that is not checked comes before green ones.
-    """
-    restored, check_run = page.runs.get(RESTORE), page.runs.get(VERDICT)
-    if restored is not None and any(errors_of(restored.facts["result"])):
-        return float(len(LEVELS))
-    if check_run is None:
-        return 0.5
-    result = check_run.facts["result"]
-    past = max((_past(one) for one in result["checks"] if one["level"] == result["level"]), default=0.0)
-    return LEVELS.index(result["level"]) + past
-
-
-def _past(finding: dict[str, Any]) -> float:
-    """Return the position of a finding from the amber limit on.
-
-    A fraction of the way to the red limit and beyond, below 1.
-    """
-    amber, red = finding["limits"]
-    way = (finding["value"] - amber) / ((red - amber) or 1.0)
-    return min(max(way, 0.0) / (1.0 + max(way, 0.0)), 0.999)
-
-
-def _row(parts: Sequence[Leaf], position: int, outdated: Collection[int], restoring: Collection[int]) -> Row:
-    page = parts[0].page
-    assert page.capture is not None
-    restored = page.runs.get(RESTORE)
-    failed = None if restored is None else restored.facts["result"].get("error")
+def _row(view: PageView, restoring: Collection[int]) -> Row:
+    restored = view.restoration
     return {
-        "page": page.number,
-        "position": position,
-        "order": _order(page),
-        "label": label_of(parts),
-        "side": parts[0].side if len(parts) == 1 else "",
+        "page": view.page.number,
+        "position": view.position,
+        "order": view.page.order,
+        "label": view.label,
+        "side": view.side,
         "parts": [
-            {"part": leaf.part, "name": leaf.name, "label": leaf.label, "side": leaf.side, "tag": leaf_tag(leaf)}
-            for leaf in parts
+            {"part": leaf.part, "name": leaf.name, "label": leaf.label, "side": leaf.side, "tag": leaf.tag}
+            for leaf in view.leaves
         ],
-        "kind": parts[0].kind,
-        "outdated": page.number in outdated,
-        "state": state_of(page),
-        "restored": restored is not None and failed is None,
-        "failed": {"text": failed, "hint": restored.facts["result"].get("hint", "")} if restored and failed else None,
-        "accepted": page.decided("accept", False) is True,
-        "marked": bool(page.decided("mark", False)),
-        "note": str(page.decided("note", "")),
-        "level": level_of(page),
-        "asks": questions_of(page),
-        "rank": round(rank_of(page), 3),
-        "capture": page.capture.number,
-        "restore": None if restored is None or failed else restored.number,
-        "captured": page.capture.time,
-        "busy": page.number in restoring,
+        "kind": view.kind,
+        "outdated": view.outdated,
+        "state": view.page.state,
+        "restored": restored is not None,
+        "failed": view.failure,
+        "accepted": view.is_accepted,
+        "marked": view.mark,
+        "note": view.note,
+        "level": view.page.level,
+        "asks": [{"name": one.name, "part": one.part} for one in view.questions],
+        "rank": round(view.rank, 3),
+        "capture": view.capture.number,
+        "restore": None if restored is None else restored.number,
+        "captured": view.capture.time,
+        "busy": view.page.number in restoring,
     }
-
-
-def _order(page: Page) -> float:
-    position = page.decided("position", page.number)
-    return float(position) if isinstance(position, int | float) else float(page.number)
 
 
 def _shots(session: Session, page: Page) -> Iterator[dict[str, Any]]:
@@ -179,19 +130,19 @@ def _event(event: Event) -> dict[str, Any]:
     }
 
 
-def _leaves(session: Session, restored: Event | None) -> Iterator[dict[str, Any]]:
+def _leaves(session: Session, run: Event | None) -> Iterator[dict[str, Any]]:
     """Each part of a restoration: its size, its layers, or why it could not be restored."""
-    parts = {} if restored is None else parts_of(restored.facts["result"])
-    for part, report in parts.items():
+    parts = run.result.leaves if run is not None and isinstance(run.result, Restored) else {}
+    for part, restored in parts.items():
         prefix = prefix_of(part, len(parts))
         yield {
             "part": part,
             "prefix": prefix,
-            "page_mm": report.get("page_mm"),
-            "dpi": report.get("dpi"),
-            "page_px": _pixels(session, restored, file_of_layer(f"{prefix}page")),
-            "layers": [layer.removeprefix(prefix) for layer in leaf_layers(restored, prefix)],
-            "failed": {"text": report["error"], "hint": report.get("hint", "")} if "error" in report else None,
+            "page_mm": restored.page_mm,
+            "dpi": restored.dpi,
+            "page_px": _pixels(session, run, file_of_layer(f"{prefix}page")),
+            "layers": [layer.removeprefix(prefix) for layer in leaf_layers(run, prefix)],
+            "failed": restored.failure,
         }
 
 
@@ -199,7 +150,7 @@ def _before(session: Session, restored: Event | None) -> dict[str, Any] | None:
     """Return the latest other restoration of the scan, with its parts."""
     others = [] if restored is None else [one for one in session.history.events if one.slot == restored.slot]
     earlier = [one for one in others if one.kind == "stage" and restored and one.number != restored.number]
-    if not earlier or "error" in earlier[-1].facts["result"]:
+    if not earlier or not isinstance(earlier[-1].result, Restored) or earlier[-1].result.error is not None:
         return None
     return {"event": earlier[-1].number, "leaves": list(_leaves(session, earlier[-1]))}
 

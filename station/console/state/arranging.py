@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from station.capture_loop.loop import CaptureLoop
 from station.console.faults import ConsoleFault
-from station.console.shown_pages.leaves import arrangement_tag, leaf_tag, shown_leaves
+from station.console.shown_pages.leaves import arrangement_tag, shown_leaves
 from station.console.state.open_session import WritableSession
 from station.session import Session, decide
 from station.session.leaves.leaf import LABEL, ORDER, Leaf, leaves_of, missing_of, runs_of
@@ -97,7 +97,7 @@ def change_leaf(opened: WritableSession, name: str, tag: int, *, left_out: bool 
 
     def record(loop: CaptureLoop) -> None:
         leaf = leaf_named(loop.writer.session, name)
-        if leaf_tag(leaf) != tag:
+        if leaf.tag != tag:
             (current,) = (one for one in shown_leaves(loop.writer.session)["leaves"] if one["name"] == name)
             raise ConsoleFault.changed(f"leaf {name} was changed meanwhile", current)
         if left_out is not None and left_out != leaf.is_left_out:

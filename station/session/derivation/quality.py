@@ -5,7 +5,7 @@ Compared with the other pages of its session.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +14,7 @@ from station.session.derivation.restoration import Run
 from station.session.log.current import preset_of
 from station.session.log.events import Event
 from station.session.log.history import Page
+from station.session.log.results import Checked, QualityCheck, Restored
 from station.session.log.steps import record_run
 from station.session.log.store import Writer
 from station.session.terms.parts import RESTORE, VERDICT, leaf_name, measured_parts, parts_of
@@ -27,9 +28,7 @@ MAX_COMPARED = 100  # pages that a new one is compared with, the latest: three m
 
 def lacks_verdict(page: Page) -> bool:
     """Return whether a page is restored and measured, without a verdict."""
-    return (
-        RESTORE in page.runs and VERDICT not in page.runs and bool(measured_parts(page.runs[RESTORE].facts["result"]))
-    )
+    return page.quality is None and page.restored is not None and page.restored.is_measured
 
 
 def record_verdict(writer: Writer, restored: Event) -> Event:
@@ -50,36 +49,37 @@ def record_verdict(writer: Writer, restored: Event) -> Event:
 def fingerprints_of(restored: Iterable[Event]) -> dict[str, str]:
     """Page, or part of a page → fingerprint, of restorations."""
     return {
-        leaf_name(one.page, part): str(measures["fingerprint"])
+        leaf_name(one.page, part): leaf.measures.fingerprint
         for one in restored
-        for part, measures in measured_parts(one.facts["result"]).items()
+        if isinstance(one.result, Restored)
+        for part, leaf in one.result.leaves.items()
+        if leaf.measures is not None
     }
 
 
-def verdict_lines(name: str, result: Any) -> list[str]:
+def verdict_lines(name: str, quality: QualityCheck) -> list[str]:
     """Return a verdict as lines for the operator.
 
     The level, then each measure that is not green next to its limits, with what to do.
     """
-    findings: Sequence[Any] = result["checks"]
-    lines = [f"{name}: {str(result['level']).upper()}  {len(findings)} checks"]
-    return [*lines, *(_line(one) for one in findings if one["level"] != "green")]
+    lines = [f"{name}: {quality.level.upper()}  {len(quality.checks)} checks"]
+    return [*lines, *(_line(one) for one in quality.checks if one.level != "green")]
 
 
-def note_lines(result: Any) -> list[str]:
+def note_lines(quality: QualityCheck) -> list[str]:
     """Return what a verdict notes without a level, as lines for the operator."""
-    return [f"    note   {one['text']}: {one['hint']}" for one in result.get("notes", ())]
+    return [f"    note   {one.text}: {one.hint}" for one in quality.notes]
 
 
-def _line(check: Any) -> str:
-    part = f"{check['part']}: " if "part" in check else ""
-    return f"    {check['level']:<6} {part}{check['text']}: {check['hint']}"
+def _line(check: Checked) -> str:
+    part = f"{check.part}: " if check.part else ""
+    return f"    {check.level:<6} {part}{check.text}: {check.hint}"
 
 
 def _restored_pages(writer: Writer, *, without: int) -> Iterator[Event]:
     for page in writer.history.pages():
         run = page.runs.get(RESTORE)
-        if page.number != without and run is not None and measured_parts(run.facts["result"]):
+        if page.number != without and run is not None and page.restored is not None and page.restored.is_measured:
             yield run
 
 

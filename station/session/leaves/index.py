@@ -105,18 +105,6 @@ def entries_of(session: Session) -> tuple[Entry, list[PageEntry]]:
     return entry, [_page_entry(session.identifier, page, position) for position, page in enumerate(pages, 1)]
 
 
-def state_of(page: Page) -> str:
-    """`accepted` or `again`, as was decided on the page's scan; else `restored` or `new`."""
-    decided = {True: "accepted", False: "again"}.get(page.decided("accept"))  # type: ignore[call-overload]
-    return decided or ("restored" if "restore" in page.runs else "new")
-
-
-def level_of(page: Page) -> str:
-    """The level of a page's verdict, empty when it has none."""
-    run = page.runs.get("verdict")
-    return "" if run is None else str(run.facts["result"]["level"])
-
-
 def update(index: Path, session: Session) -> None:
     """Write the entries of one session.
 
@@ -290,7 +278,7 @@ def _marks(table: type) -> str:
 def _page_entry(session: str, page: Page, position: int) -> PageEntry:
     assert page.capture is not None
     label, note = (str(page.decided(name, "")) for name in ("label", "note"))
-    return PageEntry(session, page.number, position, label, state_of(page), level_of(page), note, page.capture.time)
+    return PageEntry(session, page.number, position, label, page.state, page.level, note, page.capture.time)
 
 
 def _sessions_below(folders: Iterable[Path], problems: list[str]) -> Iterator[Path]:

@@ -13,7 +13,6 @@ from station.session.captures.scans import scan_path
 from station.session.corrections.layers import effective_edits, rules_of
 from station.session.log.history import Page
 from station.session.log.store import Session
-from station.session.terms.parts import RESTORE, parts_of
 
 NO_SCAN = "it was photographed and has no scan"
 
@@ -57,9 +56,8 @@ def layouts_of(session: Session, progress: Progress = silent) -> Iterator[PageLa
 
 def _recorded(page: Page) -> Mapping[str, Any] | None:
     """Return the layout that the restoration of a page found, None without one."""
-    run = page.runs.get(RESTORE)
-    reports = () if run is None else parts_of(run.facts["result"]).values()
-    return next((report["layout"] for report in reports if isinstance(report.get("layout"), Mapping)), None)
+    leaves = () if page.restored is None else page.restored.leaves.values()
+    return next((leaf.layout for leaf in leaves if isinstance(leaf.layout, Mapping)), None)
 
 
 def _looked_for(session: Session, page: Page) -> tuple[Mapping[str, Any], str]:

@@ -14,10 +14,12 @@ from station.session.corrections.layers import effective_edits, rules_of
 from station.session.log.current import about_of, preset_of
 from station.session.log.events import VOLUME
 from station.session.log.history import Page
+from station.session.log.results import Checked, Restored
 from station.session.log.store import Session
 from station.session.terms.about import RTL
 from station.session.terms.labels import LABELS, LEAF_ORDER, MISSING_LEAVES, RUNS, Missing, Run, run_of_preset
-from station.session.terms.parts import PAGE, RESTORE, VERDICT, leaf_name, parts_of
+from station.session.terms.parts import PAGE, RESTORE, leaf_name, parts_of
+from station.verdict.checks import worst
 
 UNCOUNTED = frozenset({"cover", "target", "insert", "foldout"})  # kinds without a label of their own
 SPREADS = frozenset({"spread", "plate"})  # kinds that are two leaf sides, where they stay whole
@@ -62,22 +64,36 @@ class Leaf:
         return self.decided(LEFT_OUT, False) is True
 
     @property
-    def is_checked(self) -> bool:
-        """Whether its quality was checked."""
-        return VERDICT in self.page.runs and "measures" in self.report
+    def restored(self) -> Restored | None:
+        """The result of its restoration."""
+        return None if self.page.restored is None else self.page.restored.leaves.get(self.part)
 
     @property
-    def checks(self) -> list[Mapping[str, Any]]:
+    def is_checked(self) -> bool:
+        """Whether its quality was checked."""
+        return self.page.quality is not None and self.restored is not None and self.restored.measures is not None
+
+    @property
+    def checks(self) -> Sequence[Checked]:
         """The quality checks of this part."""
-        if not self.is_checked:
-            return []
-        checks = self.page.runs[VERDICT].facts["result"]["checks"]
-        return [check for check in checks if check.get("part", self.part) == self.part]
+        quality = self.page.quality
+        return quality.of(self.part) if quality is not None and self.is_checked else ()
+
+    @property
+    def level(self) -> str:
+        """The worst level of its checks; empty without any."""
+        return worst([check.level for check in self.checks]) if self.is_checked else ""
+
+    @property
+    def tag(self) -> int:
+        """Number of the last decision on it: on its label, or that it is left out; 0 for none."""
+        names = {end for name in (LABEL, LEFT_OUT) for end in (name, f"{name}_{self.part}")}
+        return max((decision.number for name, decision in self.page.decisions.items() if name in names), default=0)
 
     def decided(self, name: str, default: object = "") -> object:
         """The value of a decision on this part, or on its page where it is the only one."""
-        alone = len(parts_of(_result(self.page))) == 1
-        return self.page.decided(f"{name}_{self.part}", self.page.decided(name, default) if alone else default)
+        split = self.page.restored is not None and self.page.restored.is_split
+        return self.page.decided(f"{name}_{self.part}", default if split else self.page.decided(name, default))
 
 
 def leaves_of(session: Session) -> list[Leaf]:
@@ -205,9 +221,8 @@ def _continued(run: Run, label: str, place: int) -> int:
 
 def is_spread(leaf: Leaf) -> bool:
     """Whether a page is two leaf sides, as was set or by print over its spine."""
-    found = leaf.report.get("findings", ())
-    codes = {one.get("code") for one in found if isinstance(one, dict)} if isinstance(found, list | tuple) else set()
-    return leaf.part == PAGE and (leaf.kind in SPREADS or (not leaf.kind and "print_over_spine" in codes))
+    printed = leaf.restored is not None and "print_over_spine" in leaf.restored.codes
+    return leaf.part == PAGE and (leaf.kind in SPREADS or (not leaf.kind and printed))
 
 
 def _result(page: Page) -> Mapping[str, Any]:

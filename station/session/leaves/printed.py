@@ -10,7 +10,7 @@ from restore.scan import Bytes
 from station.images.pages import StoredPage, read_page
 from station.progress import Progress, silent
 from station.session.leaves.leaf import leaves_of
-from station.session.log.derivatives import file_of
+from station.session.log.events import file_of
 from station.session.log.store import Session
 from station.session.terms.labels import numbers_in
 from station.session.terms.parts import RESTORE

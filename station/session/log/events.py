@@ -10,9 +10,13 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from typing import Any, Literal
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from station.session.log.results import RESULTS, Restored, Result
+from station.session.terms.parts import PAGE, STEM
 
 RECORD = "event.json"
 FORMAT = 2
@@ -81,6 +85,15 @@ class Event:
         """The event whose result this one continues; None for a slot of the page itself."""
         return int(number) if (number := self.slot.partition("@")[2]) else None
 
+    @cached_property
+    def result(self) -> Result | None:
+        """What its stage found; None for other events.
+
+        Raises ValidationError for facts that no program writes.
+        """
+        model = RESULTS.get(self.name) if self.kind == "stage" else None
+        return None if model is None else model.model_validate(self.facts.get("result"))
+
     @property
     def folder(self) -> str:
         """The name of the event's folder below `data`."""
@@ -107,6 +120,16 @@ def slot_of(name: str, on: Event | None = None) -> str:
     'label'
     """
     return name if on is None else f"{name}@{on.number}"
+
+
+def file_of(event: Event, part: str, ending: str = ".png") -> str | None:
+    """The name of a file of a part in a restoration; None where it has none.
+
+    ending: what follows the stem, as `-coverage.png`.
+    """
+    split = isinstance(event.result, Restored) and event.result.is_split
+    name = STEM + (f"-{part}" if split and part != PAGE else "") + ending
+    return name if name in event.files else None
 
 
 def encode(event: Event) -> bytes:

@@ -9,28 +9,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import PurePosixPath
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, create_model
+from pydantic import AfterValidator, Field, TypeAdapter, ValidationError
 
 from station.session.log.events import VOLUME, Event
 from station.session.log.history import CAPTURE, History
+from station.session.log.results import RESULTS, Facts, Number
 from station.session.terms.about import ABOUT, ABOUT_TABLE
 from station.session.terms.labels import LABELS, LEAF_ORDER, MISSING_LEAVES, RUNS
 from station.session.terms.presets import Preset, changed_preset
 from station.session.terms.rules import EDITS, RULES, RULES_TABLE, EditsTable
 from station.session.terms.volume import Volume, volume_of_facts
-from station.verdict.packed import unpack
-from station.verdict.table import MEASURES
-from station.verdict.thresholds import Level
 
 SESSION = "session"
 SETTINGS = "settings"  # the decision on the volume that changes settings of its preset
 OWN_SLOTS = {SESSION, CAPTURE}  # of one kind of event each
-Number = Annotated[float, Field(allow_inf_nan=False, ge=-1e9, le=1e9)]
-Length = Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=1e9)]
-Pair = Annotated[list[Number], Field(min_length=2, max_length=2)]
-Lengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
 
 
 def _inside(name: str) -> str:
@@ -41,74 +35,28 @@ def _inside(name: str) -> str:
     return name
 
 
-def _fingerprint(text: str) -> str:
-    unpack(text)
-    return text
-
-
-class _Facts(BaseModel):
-    model_config = ConfigDict(strict=True, extra="allow")
-
-
-class Created(_Facts):
+class Created(Facts):
     """Facts of the first event."""
 
     id: str
     volume: dict[str, Any]
 
 
-class Captured(_Facts):
+class Captured(Facts):
     """Facts of a capture. scan: its path among its files."""
 
     scan: Annotated[str, AfterValidator(_inside)]
     unit: str = "auto"
     scale: str | None = None
-    provenance: dict[str, Any] = {}
+    provenance: dict[str, Any] = Field(default_factory=dict)
 
 
-class Stage(_Facts):
+class Stage(Facts):
     """Facts of a stage."""
 
-    parameters: dict[str, Any] = {}
+    parameters: dict[str, Any] = Field(default_factory=dict)
 
 
-_numbers: Any = dict.fromkeys(MEASURES, (Number | None, None))
-Measures = create_model(
-    "Measures", __base__=_Facts, fingerprint=(Annotated[str, AfterValidator(_fingerprint)], ...), **_numbers
-)
-
-
-class Restored(_Facts):
-    """The result of a restoration."""
-
-    error: str | None = None
-    hint: str = ""
-    method: str | None = None
-    page_mm: Lengths | None = None
-    dpi: Length | None = None
-    measures: Measures | None = None
-    parts: dict[Literal["page", "left", "right"], Restored] = {}
-
-
-class Checked(_Facts):
-    """One measure next to its limits, amber and red."""
-
-    name: str
-    level: Level
-    value: Number
-    limits: Pair
-    text: str
-    hint: str
-
-
-class QualityCheck(_Facts):
-    """The result of the quality check."""
-
-    level: Level
-    checks: list[Checked]
-
-
-RESULTS: Mapping[str, type[BaseModel]] = {"restore": Restored, "verdict": QualityCheck}
 VALUES: Mapping[str, TypeAdapter[Any]] = {
     **{name: TypeAdapter(str) for name in ("label", "label_left", "label_right", "side", "note")},
     **{name: TypeAdapter(bool) for name in ("mark", "accept")},
@@ -136,7 +84,7 @@ def check_facts(history: History) -> None:
                 Captured.model_validate(dict(event.facts))
             elif event.kind == "stage" and event.name in RESULTS:
                 Stage.model_validate(dict(event.facts))
-                RESULTS[event.name].model_validate(event.facts.get("result"))
+                _ = event.result
             elif event.kind == "decision" and event.name in VALUES:
                 value = VALUES[event.name].validate_python(event.facts.get("value"), strict=True)
                 if event.name == SETTINGS and preset is not None:

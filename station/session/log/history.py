@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from station.session.log.events import VOLUME, Event
+from station.session.log.results import QualityCheck, Restored
 
 CAPTURE = "capture"
 OPERATORS = frozenset({"capture", "decision"})  # kinds of events that undo takes back, one at a time
@@ -36,6 +37,41 @@ class Page:
         """The value of a decision."""
         event = self.decisions.get(name)
         return default if event is None else event.facts.get("value", default)
+
+    @property
+    def restored(self) -> Restored | None:
+        """The result of its current restoration."""
+        run = self.runs.get("restore")
+        return run.result if run is not None and isinstance(run.result, Restored) else None
+
+    @property
+    def quality(self) -> QualityCheck | None:
+        """The result of its current quality check."""
+        run = self.runs.get("verdict")
+        return run.result if run is not None and isinstance(run.result, QualityCheck) else None
+
+    @property
+    def state(self) -> str:
+        """`accepted` or `again`, as was decided on its scan; else `restored` or `new`."""
+        decided = self.decided("accept")
+        return (
+            "accepted"
+            if decided is True
+            else "again"
+            if decided is False
+            else ("new", "restored")["restore" in self.runs]
+        )
+
+    @property
+    def level(self) -> str:
+        """The level of its quality check, empty without one."""
+        return "" if self.quality is None else self.quality.level
+
+    @property
+    def order(self) -> float:
+        """Its place among the pages, as was decided, else its number."""
+        position = self.decided("position", self.number)
+        return float(position) if isinstance(position, int | float) else float(self.number)
 
 
 @dataclass(frozen=True)
@@ -76,7 +112,7 @@ class History:
         By `position`, where one was decided, else number.
         """
         pages = (self.page(number) for number in self.pointers if number != VOLUME)
-        return iter(sorted((page for page in pages if page.capture), key=_position))
+        return iter(sorted((page for page in pages if page.capture), key=lambda page: (page.order, page.number)))
 
     def shots(self, capture: Event) -> tuple[int, ...]:
         """The number of a scan, and of those that it replaced, back to the first."""
@@ -183,11 +219,6 @@ def _continuations(start: Event, events: Iterable[Event]) -> list[Event]:
 
 def _of_kind(kind: str, events: Iterable[Event]) -> Mapping[str, Event]:
     return MappingProxyType({event.name: event for event in events if event.kind == kind})
-
-
-def _position(page: Page) -> tuple[float, int]:
-    position = page.decided("position", page.number)
-    return (float(position) if isinstance(position, int | float) else page.number, page.number)
 
 
 def _frozen(pointers: dict[int, dict[str, int]]) -> Mapping[int, Mapping[str, int]]:

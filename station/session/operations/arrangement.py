@@ -10,7 +10,7 @@ from station.session.log.events import Event
 from station.session.log.steps import decide
 from station.session.log.store import Session, Writer
 from station.session.terms.labels import LABELS, Missing, Run
-from station.session.terms.parts import PAGE, parse_leaf, parts_of
+from station.session.terms.parts import PAGE, parse_leaf
 from station.session.terms.texts import check_text
 
 
@@ -65,6 +65,5 @@ def set_label(writer: Writer, page: int, part: str, label: str) -> Event:
 
 def _of_part(name: str, leaf: Leaf) -> str:
     """Return the name of a decision on a leaf side: of its part where the page has several."""
-    run = leaf.page.runs.get("restore")
-    alone = run is None or len(parts_of(run.facts["result"])) == 1
-    return name if alone else f"{name}_{leaf.part}"
+    split = leaf.page.restored is not None and leaf.page.restored.is_split
+    return f"{name}_{leaf.part}" if split else name

@@ -20,7 +20,6 @@ from station.session import Page, Volume, add_scan, correct, create_session, ope
 from station.session.corrections.transfer import carried_edits
 from station.session.derivation.restoration import Run
 from station.session.fixity.verify import verify
-from station.session.leaves.index import state_of
 from station.session.terms.presets import load_preset
 from station.verdict.same_page import fingerprint
 from tests.station.conftest import GOOD
@@ -91,7 +90,7 @@ def pages(book: Path) -> list[Page]:
 
 def test_pages_are_shot_restored_judged_and_accepted(book, tiny_scan):
     lines = work(book, tiny_scan, Restorer(), " \n \nm")
-    assert [(state_of(page), sorted(page.runs)) for page in pages(book)] == [("accepted", ["restore", "verdict"])] * 2
+    assert [(page.state, sorted(page.runs)) for page in pages(book)] == [("accepted", ["restore", "verdict"])] * 2
     assert "page 1 [1r]: GREEN  8 checks" in lines
     assert "page 2 [1v]: GREEN  9 checks" in lines  # the second is compared with the first
     assert "page 2 [1v]: marked" in lines
@@ -145,7 +144,7 @@ def test_a_shift_is_taken_up_where_it_was(book, tiny_scan):
         loop.press("capture")  # and the power fails
     lines = work(book, tiny_scan, Restorer(), "\n ")
     assert lines[0].startswith("A book: 1 pages.")
-    assert [(state_of(page), sorted(page.runs)) for page in pages(book)] == [
+    assert [(page.state, sorted(page.runs)) for page in pages(book)] == [
         ("accepted", ["restore", "verdict"]),
         ("restored", ["restore", "verdict"]),
     ]
@@ -159,7 +158,7 @@ def test_a_note_is_typed_and_no_key_of_it_is_an_action(book, tiny_scan):
 
 def test_undo_and_redo(book, tiny_scan):
     lines = work(book, tiny_scan, Restorer(), " \nuuUU?x")
-    assert state_of(pages(book)[0]) == "accepted"
+    assert pages(book)[0].state == "accepted"
     assert lines.count("page 1 [1r]: accept undone") == 1
     assert "there is nothing more" in work(book, tiny_scan, Restorer(), "U")
 

@@ -11,11 +11,14 @@ from drivers import ScannerError
 from restore import BadInput, NotEnoughSurface
 from station.console.faults import STATUS, ConsoleFault, fault_of
 from station.console.routes.requests import NewSession, Press
-from station.console.shown_pages.rows import finding_of, questions_of, rank_of
+from station.console.shown_pages.rows import finding_of
 from station.errors import FolderInUse, UsageError
 from station.session import Event, Page, SessionDamaged
+from station.session.leaves.views import questions_of, rank_of
 from station.verdict.table import MEASURES
 from station.verdict.thresholds import Thresholds
+
+SAID = {"text": "", "hint": ""}  # of a check: a record has them
 
 
 def page(result=None, verdict=None) -> Page:
@@ -28,7 +31,7 @@ def page(result=None, verdict=None) -> Page:
 
 
 def judged(level: str, value: float, limits=(1.0, 2.0)) -> Page:
-    findings = [{"name": "blur_px", "level": level, "value": value, "limits": list(limits)}]
+    findings = [{"name": "blur_px", "level": level, "value": value, "limits": list(limits), **SAID}]
     return page({}, {"level": level, "checks": findings})
 
 
@@ -52,12 +55,15 @@ def test_worse_pages_rank_higher():
 def test_a_page_asks_what_a_correction_answers_until_it_is_accepted():
     limits = [0.5, 1.5]
     checks = [
-        {"name": "layout", "level": "amber", "value": 1.0, "limits": limits},
-        {"name": "corrections", "level": "amber", "value": 1.0, "limits": limits, "part": "left"},
-        {"name": "blur_px", "level": "red", "value": 3.0, "limits": limits},
+        {"name": "layout", "level": "amber", "value": 1.0, "limits": limits, **SAID},
+        {"name": "corrections", "level": "amber", "value": 1.0, "limits": limits, "part": "left", **SAID},
+        {"name": "blur_px", "level": "red", "value": 3.0, "limits": limits, **SAID},
     ]
     one = page({}, {"level": "red", "checks": checks})
-    assert questions_of(one) == [{"name": "layout", "part": ""}, {"name": "corrections", "part": "left"}]
+    assert [{"name": check.name, "part": check.part} for check in questions_of(one)] == [
+        {"name": "layout", "part": ""},
+        {"name": "corrections", "part": "left"},
+    ]
     accept = Event(4, 1, "decision", "accept@1", None, "", "", {"value": True})
     assert questions_of(replace(one, decisions=MappingProxyType({"accept": accept}))) == []
     assert questions_of(page()) == []

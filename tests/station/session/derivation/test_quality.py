@@ -8,6 +8,7 @@ import pytest
 from oracles.tiny_scan import tiny_scan
 from station.session import Volume, Writer, add_scan, create_session, open_session, record_run
 from station.session.derivation.quality import lacks_verdict, note_lines, record_verdict, run_verdict, verdict_lines
+from station.session.log.results import QualityCheck
 from station.session.terms.parts import RESTORE
 from station.session.terms.presets import Preset
 from station.verdict.same_page import fingerprint
@@ -37,7 +38,7 @@ def test_a_verdict_is_recorded_once_beside_the_limits_of_the_preset(writer) -> N
     verdict = record_verdict(writer, run)
     assert not lacks_verdict(writer.history.page(run.page))
     assert verdict.facts["result"]["level"] == "amber"
-    lines = verdict_lines("page 1", verdict.facts["result"])
+    lines = verdict_lines("page 1", verdict.result)
     assert lines[0] == "page 1: AMBER  1 checks"
     assert lines[1].startswith("    amber  strain 1.50% rms")
 
@@ -56,7 +57,7 @@ def test_a_verdict_notes_a_calibration_that_is_nominal_or_old(writer) -> None:
     told = {"calibration": {"kind": "nominal"}, "parts": {}}
     result = run_verdict({**run.facts["result"], **told}, {"thresholds": {}}, {}).result
     assert (result["level"], [note["name"] for note in result["notes"]]) == ("green", ["calibration_nominal"])
-    (line,) = note_lines(result)
+    (line,) = note_lines(QualityCheck.model_validate(result))
     assert line.startswith("    note   the calibration is nominal: sizes are uncertain by half a per cent")
     assert "notes" not in record_verdict(writer, run).facts["result"]  # a report without a calibration
 

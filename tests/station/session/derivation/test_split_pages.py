@@ -40,7 +40,7 @@ def test_both_leaves_reach_everything(opening, tmp_path):
     left, right = leaves_of(session)
     for leaf, width in ((left, SPINE_MM), (right, PAGE_MM[0] - SPINE_MM)):
         assert leaf.report["page_mm"] == pytest.approx((width + 1.0, PAGE_MM[1]), abs=SIZE_MM)
-        assert {"smooth_strain_rms", "blur_px"} <= {check["name"] for check in leaf.checks}
+        assert {"smooth_strain_rms", "blur_px"} <= {check.name for check in leaf.checks}
     assert [part["name"] for part in overview(session)["pages"][0]["parts"]] == ["1/left", "1/right"]
     assert sum(line.split()[0] in ("1/left", "1/right") for line in overview_lines(session)) == 2
     volume = volume_of(session)

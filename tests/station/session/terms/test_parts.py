@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from station.session.log.derivatives import file_of
-from station.session.log.events import Event
+from station.session.log.events import Event, file_of
 from station.session.terms.parts import errors_of, measured_parts, parts_of
+from station.verdict.packed import PACKED_BYTES, pack
 from tests.station.conftest import GOOD
 
-LEAVES = {"parts": {"left": {"measures": GOOD}, "right": {"error": "dark", "hint": "light"}, "page": {}}}
+MEASURED = {**GOOD, "fingerprint": pack(bytes(PACKED_BYTES))}
+LEAVES = {"parts": {"left": {"measures": MEASURED}, "right": {"error": "dark", "hint": "light"}, "page": {}}}
 
 
 def test_a_result_of_before_is_one_page():
@@ -18,7 +19,7 @@ def test_a_result_of_before_is_one_page():
 
 def test_leaves_come_from_left_to_right_without_the_whole():
     assert list(parts_of({"parts": dict(reversed(LEAVES["parts"].items()))})) == ["left", "right"]
-    assert measured_parts(LEAVES) == {"left": GOOD}
+    assert measured_parts(LEAVES) == {"left": MEASURED}
     assert list(errors_of(LEAVES)) == [("right", "dark", "light")]
 
 
