@@ -401,7 +401,7 @@ class Finding:
 
     @classmethod
     def from_json(cls, value: Any) -> Self:
-        """Make a finding of a JSON object as `as_json` writes it. Raises ValueError for anything else."""
+        """Make a finding of a JSON object as `as_json` writes it; raises ValueError."""
         match value:
             case {"code": str(code), "severity": "note" | "warning" | "doubt" as severity, "text": str(text)}:
                 share = value.get("share")

@@ -48,7 +48,10 @@ def read_ply(path: Path, texture: Bytes | None = None) -> PaintedMesh:
 
 
 def ply_mesh(path: Path, content: PlyData, texture: Bytes | None = None) -> PaintedMesh:
-    """Return the mesh of a parsed file, as `read_ply`."""
+    """Return the mesh of a parsed file, as `read_ply`.
+
+    texture: (h, w, 3) uint8 RGB.
+    """
     columns = content.columns.get("vertex", {})
     vertices = columns_of(columns, "xyz")
     if vertices is None:

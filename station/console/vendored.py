@@ -100,7 +100,7 @@ def npm_command() -> list[str]:
 
 @contextmanager
 def available_npm() -> Iterator[list[str]]:
-    """npm as `npm_command` finds it, else that of a wheel in a temporary folder; raises UsageError."""
+    """Yield `npm_command`, or npm of a wheel in a temporary folder. Raises UsageError."""
     try:
         command = npm_command()
     except UsageError:
