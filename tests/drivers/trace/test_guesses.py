@@ -11,8 +11,6 @@ from drivers.trace.checksums import ENOUGH_BYTES, find_checksum
 from drivers.trace.exchanges import Exchange
 from drivers.trace.groups import Group
 from drivers.trace.pixels import colour_packing, pitch_packing
-from drivers.trace.roles import Guess
-from drivers.trace.states import States, find_states
 from drivers.vivid900.profile.encodings import NOT_MEASURED
 from drivers.vivid900.profile.raster import Raster
 from drivers.vivid900.profile.template import CHECKSUMS, Checksum, Template
@@ -45,19 +43,6 @@ def test_random_bytes_have_none(seed):
     rng = np.random.default_rng(seed)
     assert find_checksum([rng.bytes(16) for _ in range(ENOUGH_BYTES)], header=16) is None
     assert find_checksum([bytes(16)] * 9, header=16) is None  # one block, however often, proves nothing
-
-
-def test_the_state_is_what_a_release_changes():
-    # Byte 0 is random, byte 1 counts the shots, byte 2 is 3 when ready, 4 when busy, 5 with data.
-    blocks = [(9, 0, 3), (7, 1, 4), (2, 1, 5), (4, 2, 4), (4, 2, 5)]
-    status = [said(STATUS, bytes(block)) for block in blocks]
-    order = [status[0], said(RELEASE), *status[1:3], said(READ, b"x"), said(RELEASE), *status[3:], said(READ, b"x")]
-    order = [said(one.cdb, one.data, number) for number, one in enumerate(order)]
-    roles = {STATUS: "status", RELEASE: "release", READ: "read_pitch"}
-    guesses = [Guess(Group(tuple(e for e in order if e.cdb == cdb)), role, "") for cdb, role in roles.items()]
-    assert find_states(order, guesses, None) == States(2, {"ready": 3, "busy": 4, "data": 5})
-    assert find_states(order, guesses, Checksum(kind="sum8", at=2)) is None
-    assert find_states(order[:1], guesses, None) is None
 
 
 def swept(rows: int, cols: int) -> np.ndarray:

@@ -15,6 +15,7 @@ HALF_MM = np.array([80.0, 55.0])
 HEIGHT_MM = 6.0  # of the page over the table
 PAPER, TABLE = 210.0, 120.0
 ACCURACY_MM = 0.2  # a third of a pixel
+BIAS_MM = 0.03  # a twentieth of a pixel: a step is found between the samples across the edge
 INK = 20.0
 CARD_MM = np.array([[-40.0, -86.0], [40.0, -86.0], [40.0, -58.0], [-40.0, -58.0]])  # 3 mm beside the page
 SQUARES_MM = 4.0  # of the markers, from the rim of the card
@@ -67,6 +68,11 @@ def from_sides(edge) -> np.ndarray:
     """(n,) mm from the sides of the page to points that are measured, those at its corners left out."""
     points = np.abs(edge.points[edge.measured, :2])
     return (HALF_MM - points).min(axis=1)[(HALF_MM - points).max(axis=1) > 8]
+
+
+def test_a_step_is_found_between_two_samples(greys):
+    edge = find_edge(paper(greys), greys, cameras(), level(HEIGHT_MM), rectangle(HALF_MM))
+    assert abs(from_sides(edge).mean()) < BIAS_MM
 
 
 def test_the_edge_of_a_margin_that_is_far_off_is_found_in_masks(greys):

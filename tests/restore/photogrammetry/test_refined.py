@@ -16,7 +16,9 @@ from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea
 from restore.photogrammetry.refined import EXPLAINED, Fitted, missed, refined
 from restore.photogrammetry.surfaces import relief
+from restore.photogrammetry.surfaces.folded import PAPERS, FoldedSurface, Piece
 from restore.photogrammetry.surfaces.surface import Surface, grid_places
+from restore.photogrammetry.track_and_adjust import COARSE, ROUNDS
 from restore.texture.page import MM_PER_INCH
 
 CARD_DPI = 355.6  # fourteen pixels to a millimetre
@@ -47,6 +49,25 @@ def test_facets_have_to_explain_what_a_smooth_surface_misses(left, faceted, monk
     found = refined([], model, None, smooth.points, lambda *_: None)
     assert found is (facets if faceted else smooth)
     assert len(model.cameras) == (0 if faceted else 1)  # those that belong to the surface
+
+
+def test_a_round_that_finds_a_crease_is_played_again_up_to_it(monkeypatch):
+    found, played = missing(0.0), []
+    piece = Piece(found.surface, np.eye(2))
+    creased = FoldedSurface(found.surface, (piece, piece), found.feet, np.zeros(0, int), np.zeros(0, int), PAPERS[0])
+
+    def play(_greys, _model, surface, _area, plan, _masks):
+        played.append(plan)
+        return surface, found.points, found.feet, {}
+
+    monkeypatch.setattr(module, "smoothed_copies", lambda *_: found.greys)
+    monkeypatch.setattr(module, "_first_surface", lambda *_: (found.surface, found.area))
+    monkeypatch.setattr(module, "play_round", play)
+    monkeypatch.setattr(module, "fold", lambda *_: creased)
+    monkeypatch.setattr(module, "area_of_votes", lambda *_: found.area)
+    model = Model([0], cameras(1), found.points, {}, None)
+    refined([], model, None, found.points, lambda *_: None)
+    assert played == [COARSE, COARSE, *(plan for plan in ROUNDS[1:] for _ in range(2))]
 
 
 def missing(off: float) -> Fitted:
