@@ -11,7 +11,8 @@ from scipy.spatial import cKDTree
 from restore.numerics.robust import NEVER, OUTLYING
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea, ground_sample
-from restore.photogrammetry.surfaces.relief import Cloud, Relief
+from restore.photogrammetry.surfaces.lattice import Cloud
+from restore.photogrammetry.surfaces.page_surface import PageSurface
 from restore.photogrammetry.surfaces.surface import grid_places
 from restore.photogrammetry.sweep import sweep
 from restore.photogrammetry.track import MIN_SIMILAR, Patches, Picture
@@ -26,7 +27,7 @@ NOISE_MM = 0.06  # of a height: measured on simulated sheets, three in four are 
 NEIGHBOURS = 5
 
 
-def fill_gaps(greys: Picture, model: Model, relief: Relief, area: PageArea, feet: Floats) -> Cloud:
+def fill_gaps(greys: Picture, model: Model, relief: PageSurface, area: PageArea, feet: Floats) -> Cloud:
     """Find points of a relief's page far from tracked ones.
 
     They are found above or below it.

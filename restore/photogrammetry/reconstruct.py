@@ -27,10 +27,7 @@ from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import CardInView, PaperMasks, find_paper, on_page
 from restore.photogrammetry.page_boundary_fit import fit_to_edge
 from restore.photogrammetry.refined import MISSED_SHARE, missed, refined
-from restore.photogrammetry.surfaces.folded import FoldedSurface
-from restore.photogrammetry.surfaces.gutter import widths_across
 from restore.photogrammetry.surfaces.page_surface import PageSurface
-from restore.photogrammetry.surfaces.relief import Relief
 from restore.photogrammetry.surfaces.surface import STEP_MM
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats, InterpolatedMesh
@@ -193,7 +190,7 @@ def _dense(
         "surface_residual_mm": missed(surface, fitted.points, fitted.feet),
         "excess_area_fraction": _excess(surface, mesh, places),
         "gutter_width_range_mm": _width_range(surface),
-        **_described(surface, fitted.stiffness),
+        **surface.described(fitted.stiffness),
         "adjustments": fitted.rounds,
     }
     return PhotographedPage(mesh, kept, report, _findings(report, left_out))
@@ -204,12 +201,8 @@ def _excess(surface: PageSurface, mesh: InterpolatedMesh, places: Floats) -> flo
 
     None of facets, which have no flat page of their own.
     """
-    if isinstance(surface, Relief):
-        return None
-    corners = places[mesh.faces]
-    if isinstance(surface, FoldedSurface):
-        corners = surface.unfolded(mesh.vertices, mesh.faces, places)
-    return stretch(mesh.vertices, mesh.faces, corners)
+    corners = surface.flat_corners(mesh.vertices, mesh.faces, places)
+    return None if corners is None else stretch(mesh.vertices, mesh.faces, corners)
 
 
 def _width_range(surface: PageSurface) -> float | None:
@@ -217,21 +210,8 @@ def _width_range(surface: PageSurface) -> float | None:
 
     Without a tenth at either end. None where no crease parts a surface in two.
     """
-    if not isinstance(surface, FoldedSurface):
-        return None
-    return float(np.ptp(np.quantile(widths_across(surface), [1 - MISSED_SHARE, MISSED_SHARE])))
-
-
-def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
-    """Return what a report says of a surface.
-
-    stiffness: mm⁴, where it is smooth.
-    """
-    if isinstance(surface, Relief):
-        return {"shape": "facets", "stiffness_mm4": None, "smooth_pieces": None}
-    if isinstance(surface, FoldedSurface):
-        return {"shape": "pieces", "stiffness_mm4": surface.paper.stiffness, "smooth_pieces": len(surface.pieces)}
-    return {"shape": "smooth", "stiffness_mm4": stiffness, "smooth_pieces": 1}
+    widths = surface.gutter_widths()
+    return None if widths is None else float(np.ptp(np.quantile(widths, [1 - MISSED_SHARE, MISSED_SHARE])))
 
 
 def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tuple[Finding, ...]:

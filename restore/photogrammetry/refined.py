@@ -17,9 +17,10 @@ from restore.photogrammetry.gaps import fill_gaps
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea, PaperMasks, area_of_votes
 from restore.photogrammetry.page_boundary import find_rough_edge
-from restore.photogrammetry.surfaces.folded import FoldedSurface, fold
+from restore.photogrammetry.surfaces.folded import fold
+from restore.photogrammetry.surfaces.lattice import Cloud
 from restore.photogrammetry.surfaces.page_surface import PageSurface
-from restore.photogrammetry.surfaces.relief import Cloud, Relief, raise_relief, refine_relief
+from restore.photogrammetry.surfaces.relief import Relief, raise_relief
 from restore.photogrammetry.surfaces.surface import Surface, choose_stiffness, fit_surface
 from restore.photogrammetry.track_and_adjust import COARSE, COARSE_SIDE, FACET_ROUNDS, FINE_SIDE, ROUNDS, play_round
 from restore.photogrammetry.unrolled import unrolled
@@ -69,7 +70,7 @@ def refined(
     points: (n, 3) mm, that features gave.
     """
     fitted = _of_few_pieces(joined, model, masks, points, progress)
-    if _pieces(fitted) > MAX_PIECES:
+    if fitted.surface.piece_count > MAX_PIECES:
         fitted = _of_facets(joined, model, masks, fitted, progress)
     elif _missed(fitted) > CREASED_MM:
         before = replace(model)
@@ -106,9 +107,9 @@ def _of_few_pieces(
         stiffness = ROUND_STIFFNESS
         smooth, feet = fit_surface(points, feet, smooth, stiffness=stiffness, settled=ROUND_SETTLED_MM)
         surface = smooth if plan is COARSE else fold(points, feet, smooth)
-        if isinstance(surface, FoldedSurface) and len(surface.pieces) > MAX_PIECES:
+        if surface.piece_count > MAX_PIECES:
             break
-        if isinstance(surface, FoldedSurface) and plan is not last:
+        if surface is not smooth and plan is not last:
             plans.insert(0, plan)  # again, now up to the creases
         elif surface is smooth and not plans:
             stiffness = choose_stiffness(points, feet, smooth)
@@ -120,10 +121,6 @@ def _of_few_pieces(
             plans = [one for one in plans if one is not COARSE]
         before = cells
     return Fitted(surface, points, feet, stiffness, area, greys, rounds)
-
-
-def _pieces(fitted: Fitted) -> int:
-    return len(fitted.surface.pieces) if isinstance(fitted.surface, FoldedSurface) else 1
 
 
 def _missed(fitted: Fitted) -> float:
@@ -152,19 +149,18 @@ def _of_facets(
         rounds.append(facts)
         tracked = Cloud.of(points, feet)
         if number == 0:  # so far it follows points of patches that were wider than facets are
-            surface = refine_relief(tracked.joined(_rim(model, masks, surface)), surface)
+            surface = surface.through(tracked.joined(_rim(model, masks, surface)))
         area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
         gaps = fill_gaps(greys, model, surface, area, feet)
-        surface = refine_relief(tracked.joined(gaps).joined(_rim(model, masks, surface)), surface)
+        surface = surface.through(tracked.joined(gaps).joined(_rim(model, masks, surface)))
     area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
     return Fitted(surface, points, feet, fitted.stiffness, area, greys, rounds, gaps)
 
 
-def filled_again(fitted: Fitted, surface: Relief, model: Model, masks: PaperMasks) -> Fitted:
+def filled_again(fitted: Fitted, model: Model, masks: PaperMasks) -> Fitted:
     """A relief that was fitted to more, its edge, and what is found in its gaps now."""
-    area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
-    gaps = fill_gaps(fitted.greys, model, surface, area, fitted.feet)
-    return replace(fitted, surface=surface, area=area, gaps=gaps)
+    area = area_of_votes(masks, model.cameras, fitted.surface, *fitted.surface.bounds)
+    return replace(fitted, area=area, gaps=fill_gaps(fitted.greys, model, fitted.surface, area, fitted.feet))
 
 
 def _rim(model: Model, masks: PaperMasks, surface: Relief) -> Cloud:

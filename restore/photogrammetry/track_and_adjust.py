@@ -17,7 +17,6 @@ from restore.photogrammetry.cameras.copies import Copies
 from restore.photogrammetry.errors import NoPage
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import MAJORITY, PageArea, PaperMasks, ground_sample
-from restore.photogrammetry.surfaces.folded import FoldedSurface
 from restore.photogrammetry.surfaces.page_surface import PageSurface
 from restore.photogrammetry.surfaces.surface import grid_places
 from restore.photogrammetry.track import HALF, MIN_SIGMA_PX, MIN_SIMILAR, Patches, track
@@ -79,7 +78,7 @@ def play_round(
     full_pixel = ground_sample(model.cameras, surface.points((low + high)[None] / 2))
     pixel = shrunk * full_pixel
     sample, spacing = plan.sample * pixel, plan.spacing * full_pixel * max(1.0, max(size) / COARSE_SIDE)
-    spacing *= CREASED_SPACING if isinstance(surface, FoldedSurface) else 1.0
+    spacing *= CREASED_SPACING if surface.piece_count > 1 else 1.0
     places = _places_on(area, sample, spacing, grows=plan is COARSE)
     places = places[surface.uncreased(places, HALF * sample)]
     patches = Patches(*surface.frames(places))

@@ -6,14 +6,18 @@ page is the piece that is nearest to the smooth surface there, and the nearest c
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import ndimage
 from scipy.spatial import cKDTree
 
+from restore.mesh.ordered_grid import grid_faces
 from restore.photogrammetry.cameras.align import Similarity
 from restore.photogrammetry.errors import SheetLost
 from restore.photogrammetry.surfaces.crease import find_crease
+from restore.photogrammetry.surfaces.lattice import Cloud
 from restore.photogrammetry.surfaces.pieces import CORE, find_pieces, neighbours
 from restore.photogrammetry.surfaces.surface import (
     REFINING_MM,
@@ -42,6 +46,8 @@ MIN_SHARE = 0.08  # of the points: a page folded in three both ways has facets o
 MIN_COVERED = 0.8  # of the points, by pieces as large
 CREASE_MM = 20.0  # from a crease: as far as the gutter of a book bends
 GUTTER_MM = PROLONGED_MM + CREASE_MM  # from the print behind a crease: there the crease may be as far before it
+ROW_MM = 1.0  # of the points along a row across a crease, and of the rows
+CREASE_COUNT = 5  # ends of two lines of a ruled sheet, against the rows of print on the rest of each
 MEETING_STEPS = 5  # of Newton's method to a crease
 MIN_MEETING = 0.1  # of the largest singular value: pieces that meet at less than 11° leave the place along them open
 
@@ -107,6 +113,11 @@ class FoldedSurface:
     def bounds(self) -> tuple[Floats, Floats]:
         """The rectangle from low (2,) to high (2,) mm of the smooth surface."""
         return self.smooth.bounds
+
+    @property
+    def piece_count(self) -> int:
+        """How many smooth pieces it has."""
+        return len(self.pieces)
 
     def located(self, places: Floats) -> tuple[Ints, Floats]:
         """Return the nearest piece at places of the smooth surface.
@@ -211,7 +222,7 @@ class FoldedSurface:
         vertices[at] = self._meeting(vertices[at], meets[at], places[at])
         return vertices
 
-    def unfolded(self, vertices: Floats, faces: Ints, places: Floats) -> Floats:
+    def flat_corners(self, vertices: Floats, faces: Ints, places: Floats) -> Floats:
         """Return the corners (m, 3, 2) mm of a creased mesh's faces on their pieces.
 
         Of a face across a crease, `creased` has moved the vertices of the first piece onto it: it lies on the last.
@@ -224,6 +235,42 @@ class FoldedSurface:
             used, index = np.unique(faces[of_face == k], return_inverse=True)
             corners[of_face == k] = piece.feet(vertices[used], places[used])[index.reshape(-1, 3)]
         return corners
+
+    def gutter_widths(self) -> Floats:
+        """Return the lengths (rows,) mm of the surface over the crease between two pieces.
+
+        In rows across it, from GUTTER_MM before the crease to GUTTER_MM behind it: two lines along a crease are as far
+        apart on the paper everywhere. Where the shape of a gutter was not found, each row has another width.
+        """
+        ends = neighbours(self.places)
+        across = self.labels[ends[:, 0]] != self.labels[ends[:, 1]]
+        turn = self.pieces[0].turn
+        middles = self.places[ends[across]].mean(axis=1) @ turn.T
+        x = np.median(middles[:, 0]) + np.arange(-GUTTER_MM, GUTTER_MM + ROW_MM / 2, ROW_MM)
+        y = np.arange(middles[:, 1].max(), middles[:, 1].min(), -ROW_MM)
+        rows = np.stack(np.meshgrid(x, y), axis=-1)
+        faces = grid_faces(np.ones(rows.shape[:2], bool))
+        points = self.creased(rows.reshape(-1, 2) @ turn, faces).reshape(*rows.shape[:2], 3)
+        return np.asarray(np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1))
+
+    def described(self, stiffness: float) -> Mapping[str, str | float | None]:  # noqa: ARG002 (as of a smooth surface)
+        """Return what a report says of it."""
+        return {"shape": "pieces", "stiffness_mm4": self.paper.stiffness, "smooth_pieces": len(self.pieces)}
+
+    def edge_counts(self, places: Floats, measured: Mask, spacing: float) -> Ints:
+        """Return how often points of an edge count, (n,).
+
+        Next to a crease, where nothing is printed, they alone show the paper.
+        places: (n, 2) mm, round the page, a spacing apart.
+        """
+        label, _ = self.located(places)
+        reach = round(CREASE_MM / spacing)
+        near = ndimage.maximum_filter1d((label != np.roll(label, 1)).astype(int), 2 * reach + 1, mode="wrap")
+        return np.where(measured, np.where(near > 0, CREASE_COUNT, 1), 0)
+
+    def through(self, cloud: Cloud, stiffness: float = 0.0) -> FoldedSurface:  # noqa: ARG002 (as of a smooth surface)
+        """Return the pieces of the same paper through points near them."""
+        return refold(cloud.points, cloud.feet, self)
 
     def _meeting(self, points: Floats, meets: Mask, places: Floats) -> Floats:
         """Points (n, 3) mm moved to where the pieces meet that `meets` (n, pieces) says."""

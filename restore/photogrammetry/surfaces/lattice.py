@@ -8,7 +8,7 @@ l1 minimization", 2008); it is found by least squares with weights from the bend
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import numpy as np
@@ -17,7 +17,7 @@ from scipy.linalg import solveh_banded
 from threadpoolctl import threadpool_limits
 
 from restore.numerics.robust import CAUCHY
-from restore.scan import Floats, Ints
+from restore.scan import Floats, Ints, Mask
 
 NOISE_MM = 0.04  # of a point: twice what patches of 2400 pixels leave on paper that fills most of a photograph
 BENDING = 3.0  # of the bends, mm⁻², against the squared distances of the points in standard deviations
@@ -31,6 +31,36 @@ Stages = Sequence[tuple[float, int]]
 
 2 for all of one weight, 1 for their sum, 0 for the sum of their logarithms.
 """
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Measured points (n, 3) mm, their feet and their noise.
+
+    feet: (n, 2) mm, on the base of a relief.
+    noise: (n,) mm, standard deviations.
+    of_facets: (n,), False for those of the page's edge: a line says nothing of how its facet is tilted.
+    """
+
+    points: Floats
+    feet: Floats
+    noise: Floats
+    of_facets: Mask
+
+    @classmethod
+    def of(cls, points: Floats, feet: Floats, noise: Floats | float = NOISE_MM, *, of_facets: bool = True) -> Cloud:
+        """Return a cloud of points that all are of facets or all are not.
+
+        points: (n, 3) mm.
+        feet: (n, 2) mm.
+        noise: (n,) mm, or one for all.
+        """
+        return cls(points, feet, np.broadcast_to(noise, len(points)), np.full(len(points), of_facets))
+
+    def joined(self, other: Cloud) -> Cloud:
+        """Both clouds as one."""
+        pairs = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))
+        return Cloud(*(np.concatenate(pair) for pair in pairs))
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol, Self
 
 from restore.photogrammetry.cameras.align import Similarity
+from restore.photogrammetry.surfaces.lattice import Cloud
 from restore.photogrammetry.surfaces.surface import Surface
 from restore.scan import Floats, Ints, Mask
 
@@ -60,5 +62,45 @@ class PageSurface(Protocol):
 
         places: (n, 2) mm.
         faces: (m, 3).
+        """
+        ...
+
+    @property
+    def piece_count(self) -> int:
+        """How many smooth pieces it has, as far as they are known."""
+        ...
+
+    def flat_corners(self, vertices: Floats, faces: Ints, places: Floats) -> Floats | None:
+        """Return the corners (m, 3, 2) mm of a creased mesh's faces on the flat page.
+
+        None where it has no flat page of its own.
+        vertices: (n, 3) mm, at places (n, 2) mm.
+        faces: (m, 3).
+        """
+        ...
+
+    def gutter_widths(self) -> Floats | None:
+        """Return the lengths (rows,) mm over its crease; None where none parts it in two."""
+        ...
+
+    def described(self, stiffness: float) -> Mapping[str, str | float | None]:
+        """Return what a report says of it.
+
+        stiffness: mm⁴, where it is smooth.
+        """
+        ...
+
+    def edge_counts(self, places: Floats, measured: Mask, spacing: float) -> Ints:
+        """Return how often points of the page's edge count for it, (n,).
+
+        places: (n, 2) mm, a spacing apart.
+        measured: (n,).
+        """
+        ...
+
+    def through(self, cloud: Cloud, stiffness: float) -> Self:
+        """Return the surface through points near it.
+
+        stiffness: mm⁴, where it is smooth.
         """
         ...

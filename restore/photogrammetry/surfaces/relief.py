@@ -7,14 +7,16 @@ in the fewest places (`lattice`); near a crease, where no point is, its facets a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from scipy import ndimage
 
 from restore.photogrammetry.cameras.align import Similarity
 from restore.photogrammetry.surfaces.facets import prolonged
-from restore.photogrammetry.surfaces.lattice import NOISE_MM, Lattice
+from restore.photogrammetry.surfaces.lattice import Cloud, Lattice
 from restore.photogrammetry.surfaces.surface import Surface, fit_surface
 from restore.scan import Floats, Ints, Mask
 
@@ -32,6 +34,7 @@ class Relief:
     page.
     """
 
+    piece_count: ClassVar[int] = 1
     base: Surface
     low: Floats
     step: float
@@ -95,11 +98,29 @@ class Relief:
         return whole
 
     def creased(self, places: Floats, faces: Ints) -> Floats:  # noqa: ARG002 (as of pieces that meet)
-        """Return mesh vertices (n, 3) mm at places (n, 2) mm.
-
-        faces: (m, 3).
-        """
+        """Return mesh vertices (n, 3) mm at places (n, 2) mm."""
         return self.points(places)
+
+    def flat_corners(self, vertices: Floats, faces: Ints, places: Floats) -> None:
+        """Return None: facets have no flat page of their own."""
+
+    def gutter_widths(self) -> None:
+        """Return None: no crease parts it in two."""
+
+    def described(self, stiffness: float) -> Mapping[str, str | float | None]:  # noqa: ARG002 (as of a smooth surface)
+        """Return what a report says of it."""
+        return {"shape": "facets", "stiffness_mm4": None, "smooth_pieces": None}
+
+    def edge_counts(self, places: Floats, measured: Mask, spacing: float) -> Ints:  # noqa: ARG002 (as of a folded one)
+        """Return (n,) ones: of an edge all points count, with the noise that they have."""
+        return np.ones(len(places), np.int64)
+
+    def through(self, cloud: Cloud, stiffness: float = 0.0) -> Relief:  # noqa: ARG002 (as of a smooth surface)
+        """Return the relief fitted to a cloud over its base, with facets prolonged to its creases."""
+        lattice, above = self.lattice(), _above(self.base, cloud.points, cloud.feet)
+        heights = lattice.fitted(cloud.feet, above, STAGES, noise=cloud.noise)
+        heights = prolonged(lattice, heights, cloud.feet, above, cloud.of_facets, cloud.noise)
+        return replace(self, heights=lattice.fitted(cloud.feet, above, STAGES[-1:], start=heights, noise=cloud.noise))
 
     def _heights(self, places: Floats) -> Floats:
         nodes = (places - self.low)[:, ::-1].T / self.step
@@ -107,36 +128,6 @@ class Relief:
 
     def _difference(self, places: Floats, move: Floats) -> Floats:
         return np.asarray(self.points(places + move) - self.points(places - move))
-
-
-@dataclass(frozen=True, eq=False)
-class Cloud:
-    """Measured points (n, 3) mm, their feet and their noise.
-
-    feet: (n, 2) mm, on the base of a relief.
-    noise: (n,) mm, standard deviations.
-    of_facets: (n,), False for those of the page's edge: a line says nothing of how its facet is tilted.
-    """
-
-    points: Floats
-    feet: Floats
-    noise: Floats
-    of_facets: Mask
-
-    @classmethod
-    def of(cls, points: Floats, feet: Floats, noise: Floats | float = NOISE_MM, *, of_facets: bool = True) -> Cloud:
-        """Return a cloud of points that all are of facets or all are not.
-
-        points: (n, 3) mm.
-        feet: (n, 2) mm.
-        noise: (n,) mm, or one for all.
-        """
-        return cls(points, feet, np.broadcast_to(noise, len(points)), np.full(len(points), of_facets))
-
-    def joined(self, other: Cloud) -> Cloud:
-        """Both clouds as one."""
-        pairs = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))
-        return Cloud(*(np.concatenate(pair) for pair in pairs))
 
 
 def raise_relief(points: Floats, feet: Floats, smooth: Surface) -> Relief:
@@ -152,17 +143,6 @@ def raise_relief(points: Floats, feet: Floats, smooth: Surface) -> Relief:
     cols, rows = (np.floor((high - low) / step).astype(int) + 1).tolist()
     lattice = _lattice(base, low, step, (rows, cols))
     return Relief(base, low, step, lattice.fitted(feet, _above(base, points, feet), STAGES[:1]))
-
-
-def refine_relief(cloud: Cloud, relief: Relief) -> Relief:
-    """Fit a relief again to a cloud, with facets prolonged to its creases.
-
-    The cloud is over its base.
-    """
-    lattice, above = relief.lattice(), _above(relief.base, cloud.points, cloud.feet)
-    heights = lattice.fitted(cloud.feet, above, STAGES, noise=cloud.noise)
-    heights = prolonged(lattice, heights, cloud.feet, above, cloud.of_facets, cloud.noise)
-    return replace(relief, heights=lattice.fitted(cloud.feet, above, STAGES[-1:], start=heights, noise=cloud.noise))
 
 
 def _above(base: Surface, points: Floats, feet: Floats) -> Floats:

@@ -9,8 +9,9 @@ with weights that vanish, a corner that the sheet does not reach at once would b
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -19,6 +20,7 @@ from restore.numerics.limits import TINY
 from restore.numerics.robust import CAUCHY, MAJORITY, robust_sigma
 from restore.photogrammetry.cameras.align import Similarity
 from restore.photogrammetry.errors import SheetLost
+from restore.photogrammetry.surfaces.lattice import Cloud
 from restore.photogrammetry.surfaces.spline import (
     BORDER,
     add_bending,
@@ -55,6 +57,7 @@ class Surface:
     coefficients: (rows, cols, 3), of cubic B-splines, from a knot low (2,) on.
     """
 
+    piece_count: ClassVar[int] = 1
     low: Floats
     step: float
     coefficients: Floats
@@ -89,12 +92,28 @@ class Surface:
         """Return (n,) True: no square about places (n, 2) mm holds a crease."""
         return np.ones(len(places), bool)
 
-    def creased(self, places: Floats, faces: Ints) -> Floats:  # noqa: ARG002 (as of a surface with creases)
-        """Return mesh vertices (n, 3) mm at places (n, 2) mm.
+    def flat_corners(self, vertices: Floats, faces: Ints, places: Floats) -> Floats:  # noqa: ARG002 (as of a folded one)
+        """Return the corners (m, 3, 2) mm of faces (m, 3) on the flat page."""
+        return places[faces]
 
-        faces: (m, 3).
-        """
+    def creased(self, places: Floats, faces: Ints) -> Floats:  # noqa: ARG002 (as of a folded one)
+        """Return mesh vertices (n, 3) mm at places (n, 2) mm."""
         return self.points(places)
+
+    def gutter_widths(self) -> None:
+        """Return None: no crease parts it in two."""
+
+    def described(self, stiffness: float) -> Mapping[str, str | float | None]:
+        """Return what a report says of it."""
+        return {"shape": "smooth", "stiffness_mm4": stiffness, "smooth_pieces": 1}
+
+    def edge_counts(self, places: Floats, measured: Mask, spacing: float) -> Ints:  # noqa: ARG002 (as of a folded one)
+        """Return how often points of an edge count, (n,): once where they are measured."""
+        return measured.astype(np.int64)
+
+    def through(self, cloud: Cloud, stiffness: float) -> Surface:
+        """Return the surface of a stiffness in mm⁴ through points near it."""
+        return fit_surface(cloud.points, cloud.feet, self, stiffness=stiffness)[0]
 
     def points(self, places: Floats) -> Floats:
         """Return points (n, 3) mm on the surface at places (n, 2) mm."""

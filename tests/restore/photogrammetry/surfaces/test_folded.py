@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay
@@ -11,8 +13,8 @@ from oracles.printed_points import HALF, PAGE_MM, lost, rounded, sampled, true_p
 from restore.photogrammetry.cameras.align import Similarity
 from restore.photogrammetry.errors import SheetLost
 from restore.photogrammetry.mesh import stretch
-from restore.photogrammetry.reconstruct import MAX_STRETCH
-from restore.photogrammetry.surfaces.folded import FoldedSurface, fold, refold
+from restore.photogrammetry.reconstruct import MAX_OFF_MM, MAX_STRETCH
+from restore.photogrammetry.surfaces.folded import GUTTER_MM, FoldedSurface, fold, refold
 from restore.photogrammetry.surfaces.page_surface import PageSurface
 from restore.photogrammetry.surfaces.surface import grid_places
 
@@ -21,6 +23,7 @@ LOST_MM = 0.25  # of the length over a crease, that is prolonged to over 2.4 mm 
 SPREAD = Spread(slope_deg=58.0, reach_mm=30.0)
 FOLDS = MultiFold()
 GUTTER = Opening(left_deg=40.0, right_deg=25.0, left_reach_mm=15.0, right_reach_mm=30.0)
+SLANT = 0.02  # radians
 BLANK_MM = 9.0  # next to a spine, as printed books have
 MOVE = Similarity(2.0, np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([1.0, 2.0, 3.0]))
 
@@ -72,9 +75,9 @@ def test_a_folded_page_has_the_area_of_its_pieces_and_a_torn_one_more(name, requ
     places = grid_places(-HALF + 15, HALF - 15, 2.0)
     faces = Delaunay(places).simplices.astype(np.int64)
     vertices = surface.creased(places, faces)
-    assert stretch(vertices, faces, surface.unfolded(vertices, faces, places)) == pytest.approx(0.0, abs=KEPT)
+    assert stretch(vertices, faces, surface.flat_corners(vertices, faces, places)) == pytest.approx(0.0, abs=KEPT)
     torn = vertices + np.where(places[:, :1] > 30.0, [4.0, 0.0, 0.0], 0.0)
-    assert stretch(torn, faces, surface.unfolded(vertices, faces, places)) > MAX_STRETCH
+    assert stretch(torn, faces, surface.flat_corners(vertices, faces, places)) > MAX_STRETCH
 
 
 @pytest.mark.parametrize("sheet", [Wave(slope_deg=30.0, wavelength_mm=120.0), Miura(side_mm=40.0, width_mm=40.0)])
@@ -132,3 +135,19 @@ def test_a_piece_through_which_no_sheet_goes_leaves_the_page_smooth(monkeypatch)
 
     monkeypatch.setattr("restore.photogrammetry.surfaces.folded.fit_paper", lost)
     assert fold(points, feet, smooth) is smooth
+
+
+def test_a_gutter_is_as_wide_in_each_row(spread):
+    assert np.ptp(spread.gutter_widths()) < MAX_OFF_MM
+
+
+def test_a_leaf_that_slants_along_the_spine_makes_it_uneven(spread):
+    cosine, sine = np.cos(SLANT), np.sin(SLANT)
+    turned = Similarity(1.0, np.array([[1.0, 0.0, 0.0], [0.0, cosine, -sine], [0.0, sine, cosine]]), np.zeros(3))
+    first, second = spread.pieces
+    widths = replace(spread, pieces=(first, second.moved(turned))).gutter_widths()
+    # A leaf raised by h meets the other farther on, which changes no length; its row ends at its slope, h · sin before.
+    end = np.radians(SPREAD.slope_deg) * np.exp(-GUTTER_MM / SPREAD.reach_mm)
+    rows = np.ptp(spread.places[:, 1])
+    # The rows end on places of a surface that rounds the spine: a third of a slope off.
+    assert np.ptp(widths) == pytest.approx(SLANT * rows * np.sin(end), rel=0.3)

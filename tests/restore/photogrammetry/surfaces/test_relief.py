@@ -9,7 +9,8 @@ from drivers.simulated import Miura, MultiFold
 from oracles.printed_points import HALF, PAGE_MM, rounded, sampled
 from restore.photogrammetry.cameras.align import Similarity
 from restore.photogrammetry.surfaces import relief as module
-from restore.photogrammetry.surfaces.relief import Cloud, Relief, raise_relief, refine_relief
+from restore.photogrammetry.surfaces.lattice import Cloud
+from restore.photogrammetry.surfaces.relief import Relief, raise_relief
 from restore.photogrammetry.surfaces.surface import grid_places
 
 SHEETS = {"miura": Miura(), "multifold": MultiFold()}
@@ -29,7 +30,7 @@ def raised(sheet, spacing: float = 1.5) -> tuple[Relief, Cloud]:
 def known(request) -> tuple[object, Relief, Cloud, Relief]:
     """A sheet, its first relief, its points, and the relief refined."""
     relief, cloud = raised(SHEETS[request.param])
-    return SHEETS[request.param], relief, cloud, refine_relief(cloud, relief)
+    return SHEETS[request.param], relief, cloud, relief.through(cloud)
 
 
 @pytest.fixture(scope="module", params=["multifold", pytest.param("miura", marks=pytest.mark.slow)])
@@ -38,7 +39,7 @@ def coarse(request) -> tuple[Cloud, Relief]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "NODES", NODES)
         relief, cloud = raised(SHEETS[request.param], spacing=2.5)
-        return cloud, refine_relief(cloud, relief)
+        return cloud, relief.through(cloud)
 
 
 def off(surface, sheet, cloud: Cloud) -> np.ndarray:
@@ -65,7 +66,7 @@ def test_a_rough_edge_does_not_bend_what_exact_points_tell(known):
     feet = grid_places(low, high, 2.0)
     feet = feet[(feet < low + 2.1).any(axis=1) | (feet > high - 2.1).any(axis=1)]
     rim = relief.points(feet) + [0.0, 0.0, 0.8]
-    both = refine_relief(cloud.joined(Cloud.of(rim, feet, 0.3, of_facets=False)), relief)
+    both = relief.through(cloud.joined(Cloud.of(rim, feet, 0.3, of_facets=False)))
     assert np.median(off(both, sheet, cloud)) < 0.02
 
 
