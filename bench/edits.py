@@ -16,7 +16,7 @@ from random import Random
 from bench.scratch import scratch_folder
 from drivers.simulated import Facing, Opening, shoot
 from oracles.tiny_scan import tiny_scan
-from restore import RangeScan
+from restore import PageEdits, RangeScan
 from station.batch.sessions import plan_session, record_page, restore_session_page
 from station.run.options import RunOptions
 from station.session import (
@@ -35,7 +35,7 @@ from station.session.derivation.parameters import inputs_of, outdated_pages, par
 from station.session.derivation.reproduce import reproduce
 from station.session.terms.parts import RESTORE
 from station.session.terms.presets import load_preset
-from station.session.terms.rules import Scope
+from station.session.terms.rules import Scope, edits_of
 
 PAGES = 300
 LEFT, RIGHT = "left", "right"
@@ -47,7 +47,7 @@ def opening(seed: int) -> RangeScan:
     return scan
 
 
-def random_edits(random: Random) -> dict[str, object]:
+def random_edits(random: Random) -> PageEdits:
     """Return corrections as an operator could make them."""
     parts = {side: {"turn": random.randrange(4), "rotate_deg": random.uniform(-5, 5)} for side in (LEFT, RIGHT)}
     choices: list[dict[str, object]] = [
@@ -57,7 +57,7 @@ def random_edits(random: Random) -> dict[str, object]:
         {"parts": {"page": {"crop": {"mode": "margin", "margin_mm": random.uniform(0, 5)}}}},
         {"kind": random.choice(["plate", "spread", "cover"]), "note": "torn"},
     ]
-    return random.choice(choices)
+    return edits_of(random.choice(choices))
 
 
 def step(writer: Writer, random: Random, seed: int) -> str:
@@ -117,7 +117,7 @@ def time_rule(folder: Path) -> None:
             add_scan(writer, tiny_scan(1), facts={})
         for page in list(writer.history.pages()):
             _record(writer, page.number)
-        edits = {"parts": {"page": {"turn": 1}}}
+        edits = edits_of({"parts": {"page": {"turn": 1}}})
         for name, work in (
             ("correction recorded", lambda: correct(writer, 7, edits)),
             ("its undo", lambda: undo(writer)),

@@ -42,7 +42,7 @@ from station.session.derivation.restoration import PAGE, Run
 from station.session.fixity.verify import verify
 from station.session.leaves.index import IndexUnusable, entries_of, reindex, sessions, update
 from station.session.terms.parts import RESTORE
-from station.session.terms.rules import Scope
+from station.session.terms.rules import Scope, edits_of
 from station.verdict.same_page import fingerprint
 from station.workers.executors import Workers
 
@@ -147,9 +147,9 @@ def _undo(writer: Writer, acknowledge: Acknowledge) -> None:
 def _edit(writer: Writer, acknowledge: Acknowledge) -> None:
     """Correct a page and take it back, then record a rule: its restoration is shown again each time."""
     for step in (
-        lambda: correct(writer, 1, {"parts": {"page": {"turn": 1}}}),
+        lambda: correct(writer, 1, edits_of({"parts": {"page": {"turn": 1}}})),
         lambda: correct(writer, 1, None),
-        lambda: add_rule(writer, Scope(), {"parts": {"page": {"rotate_deg": 0.5}}}),
+        lambda: add_rule(writer, Scope(), edits_of({"parts": {"page": {"rotate_deg": 0.5}}})),
     ):
         step()
         acknowledge()

@@ -6,8 +6,8 @@ It is anchored in the scan's own image.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Callable, Collection, Mapping
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
@@ -26,6 +26,11 @@ COORDINATES: Mapping[Frame, int] = {"picture": 2, "space": 3}
 Kind = Literal["leaf", "spread", "plate", "cover", "foldout", "insert", "target", "blank"]
 WHOLE: frozenset[Kind] = frozenset({"plate", "cover", "foldout", "insert", "target"})  # kinds that are never split
 Polygon = Annotated[tuple[Point, ...], Field(min_length=3, max_length=200)]
+Points = tuple[Point, ...]
+Move = Callable[[Points], Points]  # from pixels of one image to those of another
+Part = Literal["page", "left", "right"]
+PARTS: tuple[Part, ...] = ("page", "left", "right")
+OF_THE_FILE = ("format", "version", "frame", "by", "scan")  # fields that correct nothing
 STRICT = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
@@ -89,6 +94,27 @@ class PartEdits(BaseModel):
         """Settings with those of this part in place of their own."""
         return Settings.model_validate({**settings.model_dump(), **self.settings}) if self.settings else settings
 
+    def merged(self, over: PartEdits) -> PartEdits:
+        """Merge with later ones, which win; masks add up, an empty list removes them."""
+        fields = _fields(over)
+        if over.masks:
+            fields["masks"] = (*self.masks, *over.masks)
+        if "settings" in fields:
+            fields["settings"] = {**self.settings, **over.settings}
+        return self.model_copy(update=fields)
+
+    def without(self, others: PartEdits) -> PartEdits:
+        """Drop the fields of others, and keep masks, since they add up."""
+        rest = _dropped(self, others.model_fields_set - {"masks"})
+        settings = {name: value for name, value in self.settings.items() if name not in others.settings}
+        return rest.model_copy(update={"settings": settings}) if settings else rest
+
+    def moved(self, move: Move) -> PartEdits:
+        """Move the points to another image."""
+        masks = tuple(mask.model_copy(update={"polygon": move(mask.polygon)}) for mask in self.masks)
+        fields = {"outline": self.outline and move(self.outline), "masks": masks}
+        return self.model_copy(update={name: value for name, value in fields.items() if value})
+
 
 class By(BaseModel):
     """Who made the corrections, with which tool, and which restoration was shown."""
@@ -123,7 +149,7 @@ class PageEdits(BaseModel):
     layout: Literal["auto", "split", "whole", "left", "right"] = "auto"
     spine: Annotated[tuple[Point, ...], Field(min_length=2, max_length=16)] | None = None
     overlap_mm: Annotated[float, Field(ge=0, le=10)] = 1.0
-    parts: Mapping[Literal["page", "left", "right"], PartEdits] = {}
+    parts: Mapping[Part, PartEdits] = {}
     note: Annotated[str, Field(max_length=2000)] = ""
     by: By = By()
 
@@ -167,6 +193,72 @@ class PageEdits(BaseModel):
     def part(self, name: str) -> PartEdits:
         """The corrections of a part; none for one that has none."""
         return dict(self.parts).get(name, PartEdits())  # type: ignore[call-overload]
+
+    def merged(self, over: PageEdits) -> PageEdits:
+        """Merge with later ones, which win field by field, as in `PartEdits.merged`.
+
+        >>> PageEdits(layout="whole").merged(PageEdits(parts={"page": PartEdits(turn=1)})).given()
+        {'layout': 'whole', 'parts': {'page': {'turn': 1}}}
+        """
+        own = self.parts
+        parts = {name: own[name].merged(part) if name in own else part for name, part in over.parts.items()}
+        return self.model_copy(update={**_fields(over), **({"parts": {**own, **parts}} if parts else {})})
+
+    def without(self, others: PageEdits) -> PageEdits:
+        """Drop the fields of others, and keep masks and who made the corrections."""
+        parts = {name: part.without(others.part(name)) for name, part in self.parts.items()}
+        return _with_parts(_dropped(self, others.model_fields_set - {"by"}), parts)
+
+    def dropped(self, *names: str, of: Collection[str] = PARTS) -> PageEdits:
+        """Drop fields of the page and of some of its parts.
+
+        >>> PageEdits(layout="whole", parts={"page": PartEdits(turn=1)}).dropped("turn").given()
+        {'layout': 'whole'}
+        """
+        parts = {name: _dropped(part, names) if name in of else part for name, part in self.parts.items()}
+        return _with_parts(_dropped(self, names), parts)
+
+    @property
+    def has_points(self) -> bool:
+        """Whether they have points on the image of their scan."""
+        return bool(self.spine) or any(part.outline or part.masks for part in self.parts.values())
+
+    def moved(self, move: Move) -> PageEdits:
+        """Move the points to another image."""
+        moved = self.model_copy(update={"spine": move(self.spine)}) if self.spine else self
+        return _with_parts(moved, {name: part.moved(move) for name, part in self.parts.items()})
+
+    def made_by(self, **fields: Any) -> PageEdits:
+        """Name who made the corrections in place of who did before: fields of `By`."""
+        return self.model_copy(update={"by": By.model_construct(**fields)})
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The fields that were given, as `layout` and `left.turn`."""
+        own = (name for name in _fields(self) if name not in (*OF_THE_FILE, "parts"))
+        return (*own, *(f"{name}.{field}" for name, part in self.parts.items() for field in _fields(part)))
+
+    def check(self) -> None:
+        """Raise BadInput for corrections that could not be read again once they are written."""
+        parse_edits(json.dumps(self.given()).encode(), "the corrections")
+
+
+Edits = TypeVar("Edits", PartEdits, PageEdits)
+
+
+def _fields(model: BaseModel) -> dict[str, Any]:
+    """Return the fields that were given."""
+    given = model.model_fields_set
+    return {name: value for name, value in vars(model).items() if name in given}
+
+
+def _dropped(model: Edits, names: Collection[str]) -> Edits:
+    return type(model)(**{name: value for name, value in _fields(model).items() if name not in names})
+
+
+def _with_parts(edits: PageEdits, parts: Mapping[Part, PartEdits]) -> PageEdits:
+    kept = {name: part for name, part in parts.items() if part.model_fields_set}
+    return edits.model_copy(update={"parts": kept}) if kept else _dropped(edits, ("parts",))
 
 
 def _without(table: Mapping[str, Any], *names: str) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import drivers
+from restore import PageEdits
 from station.capture_loop.loop import CaptureLoop, Done
 from station.capture_loop.turning import turn
 from station.config import StationConfig
@@ -120,7 +121,7 @@ def work_shift(folder: Path, station: StationConfig, show: Show) -> list[Opening
         _write_labels(loop, book)
         worked = openings_of(writer.session, book)
         for number in _asked(writer.session):
-            loop.correct(number, {"layout": "split"})
+            loop.correct(number, PageEdits(layout="split"))
         _finish(loop)
         for page in list(writer.history.pages()):
             loop.press("accept", page=page.number)

@@ -13,7 +13,7 @@ from threading import Thread
 from typing import Any
 
 from drivers import ScannerError
-from restore import RangeScan
+from restore import PageEdits, RangeScan
 from station.capture_loop.keys import ACTIONS, HELP, Action
 from station.capture_loop.turning import Place, place_of, stay
 from station.errors import explain
@@ -32,7 +32,7 @@ from station.session import (
     undo,
 )
 from station.session.corrections.layers import rules_of
-from station.session.corrections.transfer import carried_edits, has_points, uncarried
+from station.session.corrections.transfer import carried_edits, uncarried
 from station.session.derivation.fitting import show_fitting
 from station.session.derivation.parameters import inputs_of, needs_restoration, parameters_of
 from station.session.derivation.quality import lacks_verdict, note_lines, record_verdict, verdict_lines
@@ -53,7 +53,7 @@ class Carried:
     """The corrections of an earlier scan as they fit a later one, when they are found."""
 
     capture: Event
-    future: Future[Mapping[str, Any]]
+    future: Future[PageEdits]
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ class CaptureLoop:
         self._told(event.page, "stored", "stored")
         self._begin(event)
 
-    def _carry(self, capture: Event, earlier: Event, edits: Mapping[str, Any]) -> None:
+    def _carry(self, capture: Event, earlier: Event, edits: PageEdits) -> None:
         """Carry corrections over to a scan: in a thread where their points have to be found on it."""
 
         session, done = self.writer.session, Carried(capture, Future())
@@ -227,7 +227,7 @@ class CaptureLoop:
                 done.future.set_exception(error)
             self.inbox.put(done)
 
-        if has_points(edits):
+        if edits.has_points:
             Thread(target=work, name="carry", daemon=True).start()
         else:
             done.future.set_result(carried_edits(session, earlier, capture, edits))
@@ -244,8 +244,7 @@ class CaptureLoop:
         current = self.writer.history.page(capture.page).capture
         if current == capture and uncarried(self.writer.history, capture) is not None:
             correct(self.writer, capture.page, edits)
-            tool = edits["by"]["tool"]
-            self._told(capture.page, f"corrections {tool}", f"edits_{tool}")
+            self._told(capture.page, f"corrections {edits.by.tool}", f"edits_{edits.by.tool}")
         if current == capture and capture.number not in self._waiting:
             self._restore(capture)
 
@@ -379,14 +378,14 @@ class CaptureLoop:
         self._told(step.page, f"{step.name} {word}", key)
         self.catch_up()
 
-    def correct(self, page: int, edits: Mapping[str, Any] | None) -> None:
+    def correct(self, page: int, edits: PageEdits | None) -> None:
         """Record corrections of a page, and restore it if none of its restorations has them."""
         correct(self.writer, page, edits)
         self._page = page
         self._told(page, "corrected", "corrected")
         self.catch_up()
 
-    def apply(self, scope: Scope, edits: Mapping[str, Any]) -> None:
+    def apply(self, scope: Scope, edits: PageEdits) -> None:
         """Record a rule for many pages, and restore those that it changes."""
         event = add_rule(self.writer, scope, edits)
         self._told(VOLUME, f"rule {event.number} recorded", "rule")

@@ -70,32 +70,26 @@ class ByHand:
         layout: of the command. last_map: file of the map of the last result, for points in mm.
         Raises UsageError that names the option, BadInput for mm without a map or off the paper.
         """
-        from restore import BadInput
+        from restore import BadInput, PageEdits
         from station.session.corrections.fields import changed
-        from station.session.terms.rules import edits_of
 
         given = list(self.fields())
         if not given:
             return edits
-        table = {} if edits is None else edits.given()
-        if layout != Layout.SINGLE:
-            table["layout"] = layout.value
-        elif self.spine is not None:
-            table["layout"] = "split"
-        elif edits is None:
-            table["layout"] = "whole"
-        named = tuple(table.get("parts", ()))
-        parts = PARTS_OF.get(table.get("layout", "auto"), named or ALL)
+        by_option = layout.value if layout != Layout.SINGLE else "split" if self.spine is not None else ""
+        edits = edits or PageEdits(layout="whole")
+        edits = edits.model_copy(update={"layout": by_option} if by_option else {})
+        parts = PARTS_OF.get(edits.layout, tuple(edits.parts) or ALL)
         for option, name, value in given:
             if not value.strip():
                 raise UsageError(f"{option} is empty", f"give it a value, or leave {option} out")
             value = _in_pixels(option, name, value, last_map)
             try:
-                table = changed(table, [f"{name}={value}"], parts)
+                edits = changed(edits, [f"{name}={value}"], parts)
             except BadInput as error:
                 reason = str(error).removeprefix(f"{name}: ").removeprefix("the corrections: ")
                 raise UsageError(f"{option}: {reason}", error.hint) from error
-        return edits_of({**table, "by": {"tool": "cli"}})
+        return edits.made_by(tool="cli")
 
 
 def _in_pixels(option: str, name: str, value: str, last_map: Path) -> str:

@@ -12,6 +12,7 @@ from station.commands.sessions import Index, Named, find_session, no_page, writi
 from station.commands.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
+    from restore import PageEdits
     from station.session import Page, Session, Writer
 
 Operator = Annotated[str, typer.Option(help="Name of who corrects, recorded with it.", envvar="PLANISH_OPERATOR")]
@@ -70,19 +71,19 @@ def edits(
         if (not any(wanted[:2]) and not clear) or exported is not None:
             print_result(_shown(stored, shown, as_json))
             return
-        table: dict[str, Any] | None = None
+        edits: PageEdits | None = None
         labels: dict[str, str] = {}
         if imported is not None:
-            table, labels = import_edits(stored, shown, imported, of_another=of_another)
+            edits, labels = import_edits(stored, shown, imported, of_another=of_another)
         elif assignments:
-            table = _set(stored, shown, part, assignments)
-        if table is not None:
-            table["by"] = {**_by(shown), **({"operator": operator} if operator else {})}
+            edits = _set(stored, shown, part, assignments)
+        if edits is not None:
+            edits = edits.made_by(**_by(operator, "cli", shown))
         if dry_run:
-            print_result(_planned(own_edits(stored, shown), table))
+            print_result(_planned(own_edits(stored, shown), edits))
             return
         with writing(index, session) as writer:
-            correct(writer, number, table)
+            correct(writer, number, edits)
             _label(writer, number, labels)
             print_result(_shown(writer.session, writer.history.page(number), as_json))
 
@@ -112,10 +113,10 @@ def apply(
 
         check_text("operator", operator)
         planned = planned_rule(read_session(find_session(index, session)), assignments, to, future=future)
-        by = {"operator": operator, "tool": "rule"} if operator else {"tool": "rule"}
+        edits = planned.edits.made_by(**_by(operator, "rule"))
         if not dry_run:
             with writing(index, session) as writer:
-                add_rule(writer, planned.scope, {**planned.edits, "by": by})
+                add_rule(writer, planned.scope, edits)
         if as_json:
             print_result(json.dumps({**planned.as_json(), "recorded": not dry_run}, indent=2, ensure_ascii=False))
             return
@@ -242,12 +243,13 @@ def _page(session: Session, name: str, number: int) -> Page:
     return page
 
 
-def _by(page: Page) -> dict[str, Any]:
-    run = page.runs.get("restore")
-    return {"tool": "cli", **({} if run is None else {"saw": run.number})}
+def _by(operator: str, tool: str, page: Page | None = None) -> dict[str, Any]:
+    run = None if page is None else page.runs.get("restore")
+    fields = {"operator": operator, "tool": tool, "saw": None if run is None else run.number}
+    return {name: value for name, value in fields.items() if value}
 
 
-def _set(session: Session, page: Page, part: str | None, assignments: list[str]) -> dict[str, Any]:
+def _set(session: Session, page: Page, part: str | None, assignments: list[str]) -> PageEdits:
     from station.session.corrections.fields import changed
     from station.session.corrections.layers import own_edits
     from station.session.terms.parts import PAGE, parts_to_correct
@@ -263,17 +265,17 @@ def _label(writer: Writer, page: int, labels: dict[str, str]) -> None:
         set_label(writer, page, part, label)
 
 
-def _planned(own: Any, table: dict[str, Any] | None) -> str:
+def _planned(own: PageEdits, edits: PageEdits | None) -> str:
     import json
 
-    return f"from  {json.dumps(own, sort_keys=True)}\nto    {json.dumps(table, sort_keys=True)}"
+    to = None if edits is None else edits.given()
+    return f"from  {json.dumps(own.given(), sort_keys=True)}\nto    {json.dumps(to, sort_keys=True)}"
 
 
 def _shown(session: Session, page: Page, as_json: bool) -> str:
     """The corrections of a page, each with where it comes from."""
     import json
 
-    from station.session.corrections.fields import fields_of
     from station.session.corrections.layers import effective_edits, layers_of
     from station.session.derivation.parameters import needs_restoration
 
@@ -281,8 +283,9 @@ def _shown(session: Session, page: Page, as_json: bool) -> str:
     outdated = needs_restoration(session, page)
     if as_json:
         table = {"page": page.number, "edits": effective_edits(session, page), "outdated": outdated}
-        return json.dumps({**table, "layers": [{"from": name, "edits": layer} for name, layer in layers]}, indent=2)
-    lines = [f"{name:<10} {', '.join(fields_of(layer))}" for name, layer in layers]
+        given = [{"from": name, "edits": layer.given()} for name, layer in layers]
+        return json.dumps({**table, "layers": given}, indent=2)
+    lines = [f"{name:<10} {', '.join(layer.names)}" for name, layer in layers]
     lines.append(f"{'applied':<10} {json.dumps(effective_edits(session, page), sort_keys=True)}")
     return "\n".join([*lines, *(["outdated   restore it with planish batch"] if outdated else [])])
 

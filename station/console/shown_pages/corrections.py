@@ -41,12 +41,12 @@ def corrections_of(session: Session, number: int) -> dict[str, Any]:
     page = shown_page(session, number)
     assert page.capture is not None
     restored, preset = page.runs.get(RESTORE), preset_of(session)
-    sources = [{"source": source, "edits": edits} for source, edits in layers_of(session, page)]
+    sources = [{"source": source, "edits": edits.given()} for source, edits in layers_of(session, page)]
     return {
         "page": number,
         "capture": page.capture.number,
         "tag": tag_of(session, page),
-        "edits": own_edits(session, page) or None,
+        "edits": own_edits(session, page).given() or None,
         "effective": effective_edits(session, page),
         "sources": sources,
         "preset_layout": str(preset.layout),

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import Any
 
-from restore import BadInput
+from restore import BadInput, PageEdits
 from station.capture_loop.loop import CaptureLoop
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.corrections import corrections_of, shown_page, tag_of
@@ -34,7 +34,7 @@ def correct_page(opened: WritableSession, number: int, edits: Table | None, tag:
         if tag_of(session, page) != tag:
             text = f"page {number} was corrected or captured again meanwhile"
             raise ConsoleFault.changed(text, corrections_of(session, number))
-        if (given or {}) != own_edits(session, page):
+        if (given or PageEdits()).given() != own_edits(session, page).given():
             loop.correct(number, given)
         return corrections_of(loop.writer.session, number)
 
@@ -79,7 +79,7 @@ def _pages_of(session: Session, rule: Rule) -> dict[str, Any]:
     return {"pages": [*kept], "own": {page: fields for page, fields in kept.items() if fields}}
 
 
-def _for_many(edits: Table) -> dict[str, Any]:
+def _for_many(edits: Table) -> PageEdits:
     """Return the fields of corrections of many pages. Raises ConsoleFault."""
     given = _given(edits)
     for name in _of_one_scan(given):
@@ -87,18 +87,18 @@ def _for_many(edits: Table) -> dict[str, Any]:
     return given
 
 
-def _given(edits: Table) -> dict[str, Any]:
-    """Return the fields of corrections that were given. Raises ConsoleFault."""
+def _given(edits: Table) -> PageEdits:
+    """Return the corrections that were given. Raises ConsoleFault."""
     try:
-        return edits_of(edits).given()
+        return edits_of(edits)
     except BadInput as error:
         raise ConsoleFault("invalid", str(error), HINT) from error
 
 
-def _of_one_scan(edits: Mapping[str, Any]) -> list[str]:
+def _of_one_scan(edits: PageEdits) -> list[str]:
     """Return the names of fields that fit one scan only."""
-    parts = [f"parts.{name}.outline" for name, part in edits.get("parts", {}).items() if part.get("outline")]
-    return [name for name in OF_ONE_SCAN if edits.get(name) is not None] + parts
+    parts = [f"parts.{name}.outline" for name, part in edits.parts.items() if part.outline]
+    return [name for name in OF_ONE_SCAN if getattr(edits, name) is not None] + parts
 
 
 def _check_scans(session: Session, captures: Collection[int]) -> None:

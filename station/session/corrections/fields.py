@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from restore import BadInput, Settings
+from restore import BadInput, PageEdits, PartEdits, Settings
 from station.errors import UsageError
-from station.session.terms.rules import Table, edits_of
+from station.session.terms.rules import edits_of
 
 MASKS = ("remove", "keep")
 SETTING = "settings."  # before the name of a setting of a part
@@ -61,27 +61,21 @@ FIELDS: Mapping[str, Field] = {
 }
 
 
-def changed(own: Table, words: Iterable[str], parts: Sequence[str]) -> dict[str, Any]:
+def changed(edits: PageEdits, words: Iterable[str], parts: Sequence[str]) -> PageEdits:
     """Return corrections with fields set, or taken away where nothing follows the sign.
 
     words: `FIELD=VALUE` or `FIELD=`. parts: those that fields of parts are set on.
     Raises UsageError for a field that does not exist, BadInput for a value that cannot be.
     """
-    table = {**own, "parts": {name: dict(part) for name, part in own.get("parts", {}).items()}}
     for word in words:
         name, sign, value = word.partition("=")
         if not sign or (name not in FIELDS and not name.startswith(SETTING)):
             raise UsageError(
                 f"{word!r} sets no field", f"write FIELD=VALUE with one of {', '.join(FIELDS)}, {SETTING}…"
             )
-        targets = [table["parts"].setdefault(part, {}) for part in parts] if _is_of_part(name) else [table]
-        for target in targets:
-            _set(target, name, value)
-    table["parts"] = {name: part for name, part in table["parts"].items() if part}
-    if not table["parts"]:
-        del table["parts"]
-    edits_of(table)
-    return table
+        edits = _set(edits, name, value, parts)
+    edits.check()
+    return edits
 
 
 def parse_points(name: str, text: str) -> list[list[float]]:
@@ -92,38 +86,22 @@ def parse_points(name: str, text: str) -> list[list[float]]:
         raise BadInput(f"{name}: {text!r} cannot be read", f"write {FIELDS[name].form}") from error
 
 
-def fields_of(table: Table) -> list[str]:
-    """Return the names of the fields that corrections give, those of parts with the part."""
-    top = [name for name in table if name not in ("parts", "format", "version", "frame", "by", "scan")]
-    return top + [f"{part}.{name}" for part, fields in table.get("parts", {}).items() for name in fields]
-
-
-def _is_of_part(name: str) -> bool:
-    return name.startswith(SETTING) or FIELDS[name].of_part
-
-
-def _set(target: dict[str, Any], name: str, text: str) -> None:
+def _set(edits: PageEdits, name: str, text: str, parts: Sequence[str]) -> PageEdits:
     if name.startswith(SETTING):
-        _set_setting(target, name.removeprefix(SETTING), text)
-        return
-    key, read, _, form = FIELDS[name]
+        name = name.removeprefix(SETTING)
+        given = PartEdits.model_construct(settings={name: _setting(name, text) if text else None})
+        of_parts: Any = dict.fromkeys(parts, given)
+        one = PageEdits.model_construct(parts=of_parts)
+        return edits.merged(one) if text else edits.without(one)
+    key, read, of_part, form = FIELDS[name]
     if not text:
-        target.pop(key, None)
-        return
+        return edits.dropped(key, of=parts)
     try:
         value = read(text)
     except ValueError as error:
         raise BadInput(f"{name}: {text!r} cannot be read", f"write {form}") from error
-    target[key] = [*target.get(key, []), {"what": name, "polygon": value}] if name in MASKS else value
-
-
-def _set_setting(target: dict[str, Any], name: str, text: str) -> None:
-    settings = {key: value for key, value in target.get("settings", {}).items() if key != name}
-    if text:
-        settings[name] = _setting(name, text)
-    target["settings"] = settings
-    if not settings:
-        del target["settings"]
+    table = {key: [{"what": name, "polygon": value}] if name in MASKS else value}
+    return edits.merged(edits_of({"parts": dict.fromkeys(parts, table)} if of_part else table))
 
 
 def _setting(name: str, text: str) -> Any:

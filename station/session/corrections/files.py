@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-from restore import BadInput, parse_edits
+from restore import BadInput, PageEdits, parse_edits
 from station.run.edits import MAX_BYTES, digest_of
 from station.session.captures.scans import scan_path
 from station.session.corrections.layers import resolved_edits
@@ -34,7 +33,7 @@ def export_edits(session: Session, page: Page, path: Path, *, force: bool = Fals
 
 def import_edits(
     session: Session, page: Page, path: Path, *, of_another: bool = False
-) -> tuple[dict[str, Any], dict[str, str]]:
+) -> tuple[PageEdits, dict[str, str]]:
     """Read corrections from a file, and return them with the labels of their parts.
 
     of_another: whether they may have been made on another scan.
@@ -44,10 +43,8 @@ def import_edits(
     edits = parse_edits(data, str(path))
     if edits.scan is not None and not of_another and edits.scan not in _digests(session, page):
         raise BadInput(f"the corrections {path} were made on another scan", "insist with --edits-of-another")
-    table = edits.given()
-    labels = {name: part.pop("label") for name, part in table.get("parts", {}).items() if part.get("label")}
-    dropped = ("scan", "format", "version", "frame")
-    return {name: value for name, value in table.items() if name not in dropped}, labels
+    labels: dict[str, str] = {name: part.label for name, part in edits.parts.items() if part.label}
+    return edits.dropped("scan", "format", "version", "frame", "label"), labels
 
 
 def _digests(session: Session, page: Page) -> list[str]:

@@ -6,9 +6,8 @@ preset, then the rules in their order, then its own corrections: later ones win,
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import reduce
 from typing import Any
 
 from restore import PageEdits
@@ -17,10 +16,9 @@ from station.session.log.events import VOLUME
 from station.session.log.history import Page
 from station.session.log.store import Session
 from station.session.terms.parts import LEFT, PAGE, RIGHT
-from station.session.terms.rules import EDITS, RULES, RULES_TABLE, Rule, Table, edits_of, merged, without
+from station.session.terms.rules import EDITS, RULES, RULES_TABLE, Rule, edits_of
 
 PRESET = "preset"  # the source of a field that neither a rule nor the page itself gives
-MAX_TABLES = 4096  # corrections that stay known: a rule gives many pages the same ones
 
 
 def rules_of(session: Session) -> list[Rule]:
@@ -28,21 +26,22 @@ def rules_of(session: Session) -> list[Rule]:
     return RULES_TABLE.validate_python(session.history.page(VOLUME).decided(RULES, []))
 
 
-def own_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> Table:
+def own_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> PageEdits:
     """Return the corrections that were made on a page itself.
 
     As they were given, without the fields that a later rule took the place of.
     """
     table, event, capture = page.decided(EDITS), page.decisions.get(EDITS), page.capture
     if not isinstance(table, dict) or event is None or capture is None:
-        return {}
+        return PageEdits()
+    edits = edits_of(table)
     for rule in rules_of(session) if rules is None else rules:
         if rule.is_over(event.number, session.history.shots(capture)):
-            table = without(table, rule.edits)
-    return table
+            edits = edits.without(rule.edits)
+    return edits
 
 
-def layers_of(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> list[tuple[str, Table]]:
+def layers_of(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> list[tuple[str, PageEdits]]:
     """Return the corrections of a page, each with its source.
 
     `preset`, `rule 41`, `page`; the later ones win.
@@ -51,7 +50,8 @@ def layers_of(session: Session, page: Page, rules: Sequence[Rule] | None = None)
     if capture is not None:
         known = rules_of(session) if rules is None else rules
         layers += [(f"rule {rule.id}", rule.edits) for rule in known if rule.is_on(session.history.shots(capture))]
-    return [(source, table) for source, table in (*layers, ("page", own_edits(session, page, rules))) if table]
+    layers.append(("page", own_edits(session, page, rules)))
+    return [(source, edits) for source, edits in layers if edits.model_fields_set]
 
 
 def is_corrected(session: Session, page: Page) -> bool:
@@ -59,7 +59,7 @@ def is_corrected(session: Session, page: Page) -> bool:
     return any(source != PRESET for source, _ in layers_of(session, page))
 
 
-def _edits_of_preset(session: Session) -> Table:
+def _edits_of_preset(session: Session) -> PageEdits:
     """Return what the preset of a session, which does not change, says of each leaf.
 
     Where openings are split, a page that stays whole may be two leaves or a board: it is not compared with a leaf.
@@ -69,12 +69,12 @@ def _edits_of_preset(session: Session) -> Table:
     if values.get("size_mm") is not None:
         leaves = (PAGE,) if _layout_of(session) == Layout.SINGLE else (LEFT, RIGHT)
         table["parts"] = {leaf: {"size_mm": values["size_mm"]} for leaf in leaves}
-    return table
+    return edits_of(table) if table else PageEdits()
 
 
 def resolved_edits(session: Session, page: Page) -> PageEdits:
     """Add up the corrections of a page, with the layout of its preset."""
-    return _with_layout(edits_of(_added_up(session, page, None)), _layout_of(session))
+    return _with_layout(_added_up(session, page, None), _layout_of(session))
 
 
 def effective_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> dict[str, Any] | None:
@@ -83,16 +83,11 @@ def effective_edits(session: Session, page: Page, rules: Sequence[Rule] | None =
     None where nothing changes its image.
     rules: of the session, where they are known. Two results that are equal give the same page.
     """
-    table = _added_up(session, page, rules)
-    text = _of_image(json.dumps(table), _layout_of(session)) if table else ""
-    return json.loads(text) if text else None
-
-
-@lru_cache(MAX_TABLES)
-def _of_image(table: str, layout: str) -> str:
-    """Return what of corrections changes the image, both as JSON; empty for nothing."""
-    edits = edits_of(json.loads(table))
-    return json.dumps(_with_layout(edits, layout).of_image()) if edits.of_image() else ""
+    edits = _added_up(session, page, rules)
+    if not edits.model_fields_set:
+        return None
+    image = _with_layout(edits, _layout_of(session)).of_image()
+    return image if edits.layout != "auto" or image.keys() - {"layout"} else None
 
 
 def _with_layout(edits: PageEdits, layout: str) -> PageEdits:
@@ -107,8 +102,5 @@ def _layout_of(session: Session) -> str:
     return str(session.history.event(1).facts.get("layout", Layout.SINGLE))
 
 
-def _added_up(session: Session, page: Page, rules: Sequence[Rule] | None) -> Table:
-    table: Table = {}
-    for _, layer in layers_of(session, page, rules):
-        table = merged(table, layer)
-    return table
+def _added_up(session: Session, page: Page, rules: Sequence[Rule] | None) -> PageEdits:
+    return reduce(PageEdits.merged, [edits for _, edits in layers_of(session, page, rules)] or [PageEdits()])

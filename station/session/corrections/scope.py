@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from restore import PageEdits
 from station.errors import UsageError
-from station.session.corrections.fields import changed, fields_of
+from station.session.corrections.fields import changed
 from station.session.corrections.layers import own_edits
 from station.session.log.history import Page
 from station.session.log.store import Session
@@ -27,14 +28,14 @@ class PlannedRule:
     """
 
     scope: Scope
-    edits: Mapping[str, Any]
+    edits: PageEdits
     pages: tuple[int, ...]
     own: Mapping[int, tuple[str, ...]]
 
     def as_json(self) -> dict[str, Any]:
         """Return the rule as JSON values."""
         scope = self.scope.model_dump(mode="json", exclude={"over"})
-        return {"scope": scope, "edits": self.edits, "pages": list(self.pages), "own_corrections": self.own}
+        return {"scope": scope, "edits": self.edits.given(), "pages": list(self.pages), "own_corrections": self.own}
 
     def lines(self) -> Iterator[str]:
         """Return what an operator has to know of it."""
@@ -54,8 +55,8 @@ def planned_rule(session: Session, words: Sequence[str], to: str, *, future: boo
         if word.partition("=")[0] in OF_ONE_SCAN or word.endswith("="):
             raise UsageError(f"a rule cannot set {word!r}", "set it on each page: planish session edits")
     side = SIDES.get(to)
-    edits = changed({}, words, [side] if side else PARTS)
-    if side and set(edits) != {"parts"}:
+    edits = changed(PageEdits(), words, [side] if side else PARTS)
+    if side and edits.model_fields_set != {"parts"}:
         raise UsageError(f"--to {to} is for fields of a leaf, and not of the whole page", "use --to all, or name pages")
     pages = _pages(session, to)
     scope = Scope(
@@ -84,6 +85,6 @@ def _pages(session: Session, to: str) -> list[Page]:
     return [page for page in pages if page.number in wanted]
 
 
-def kept_fields(own: Mapping[str, Any], edits: Mapping[str, Any]) -> tuple[str, ...]:
+def kept_fields(own: PageEdits, edits: PageEdits) -> tuple[str, ...]:
     """Return the fields of a rule that a page has itself, and keeps."""
-    return tuple(name for name in fields_of(own) if name in fields_of(edits) and not name.endswith(".masks"))
+    return tuple(name for name in own.names if name in edits.names and not name.endswith(".masks"))

@@ -7,19 +7,28 @@ layout matches as well as the same one does.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
 
 import cv2
 import numpy as np
 
-from restore import RangeScan, RestoredPage, RestoreError, Settings, SurfaceMesh, find_leaves, load_scan, restore
+from restore import (
+    PageEdits,
+    RangeScan,
+    RestoredPage,
+    RestoreError,
+    Settings,
+    SurfaceMesh,
+    find_leaves,
+    load_scan,
+    restore,
+)
 from restore.scan import Bytes, Floats
 from station.session.captures.scans import scan_path
 from station.session.log.events import Event, slot_of
 from station.session.log.history import History
 from station.session.log.store import Session
-from station.session.terms.rules import CARRIED, DROPPED, EDITS
+from station.session.terms.rules import CARRIED, DROPPED, EDITS, edits_of
 from station.verdict.same_page import fingerprint, similarity
 
 SAME_PAGE = 0.84  # similarity of fingerprints, the amber limit of the quality check
@@ -30,10 +39,11 @@ MAX_SCALE = 0.01  # by which two pages of true scale may differ
 SETTINGS = Settings(points=1000, dpi=DPI)
 
 Scan = RangeScan | SurfaceMesh
-Move = Callable[[Floats], Floats]
+Points = tuple[tuple[float, ...], ...]
+Move = Callable[[Points], Points]
 
 
-def uncarried(history: History, later: Event) -> tuple[Event, Mapping[str, Any]] | None:
+def uncarried(history: History, later: Event) -> tuple[Event, PageEdits] | None:
     """Return the scan that was replaced by a later one, with its corrections.
 
     None where it has none, and where the later scan has or had corrections of its own.
@@ -43,66 +53,34 @@ def uncarried(history: History, later: Event) -> tuple[Event, Mapping[str, Any]]
         return None
     earlier = history.event(later.parent)
     edits = _edits_of(history, earlier)
-    return (earlier, edits) if edits else None
+    return (earlier, edits) if edits.model_fields_set else None
 
 
-def carried_edits(session: Session, earlier: Event, later: Event, edits: Mapping[str, Any]) -> dict[str, Any]:
+def carried_edits(session: Session, earlier: Event, later: Event, edits: PageEdits) -> PageEdits:
     """Return the corrections of a scan as they fit a later one; records nothing.
 
     Takes seconds where they have points. Raises OSError.
     """
-    tool, table = CARRIED, {**edits}
-    if has_points(edits):
+    tool, by = CARRIED, edits.by
+    if edits.has_points:
         try:
             move = motion_between(_scan_of(session, earlier), _scan_of(session, later))
         except RestoreError:
             move = None
-        tool, table = (DROPPED, without_points(edits)) if move is None else (CARRIED, carried(edits, move))
-    table = {name: value for name, value in table.items() if name != "scan"}
-    return {**table, "by": {**edits.get("by", {}), "tool": tool}}
+        tool = DROPPED if move is None else CARRIED
+        edits = edits.dropped("spine", "outline", "masks") if move is None else edits.moved(move)
+    return edits.dropped("scan").model_copy(update={"by": by.model_copy(update={"tool": tool})})
 
 
-def _edits_of(history: History, capture: Event) -> Mapping[str, Any]:
+def _edits_of(history: History, capture: Event) -> PageEdits:
     """Return the corrections of a scan; empty without any."""
     event = history.current(capture.page, slot_of(EDITS, capture))
     value = None if event is None else event.facts.get("value")
-    return value if isinstance(value, Mapping) else {}
+    return PageEdits() if value is None else edits_of(value)
 
 
 def _scan_of(session: Session, capture: Event) -> Scan:
     return load_scan(scan_path(session, capture), unit=str(capture.facts.get("unit", "auto")))
-
-
-def has_points(edits: Mapping[str, Any]) -> bool:
-    """Return whether corrections have points on the image of their scan."""
-    parts = edits.get("parts", {}).values()
-    return bool(edits.get("spine")) or any(part.get("outline") or part.get("masks") for part in parts)
-
-
-def without_points(edits: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the corrections that fit any scan of the page."""
-    parts = {
-        name: {key: value for key, value in part.items() if key not in ("outline", "masks")}
-        for name, part in edits.get("parts", {}).items()
-    }
-    return {name: value for name, value in edits.items() if name not in ("spine", "parts")} | {"parts": parts}
-
-
-def carried(edits: Mapping[str, Any], move: Move) -> dict[str, Any]:
-    """Return corrections with their points moved to the image of another scan."""
-
-    def moved(points: Any) -> list[list[float]]:
-        return [[float(x), float(y)] for x, y in np.round(move(np.array(points, float)), 2)]
-
-    table = {**edits, "parts": {name: dict(part) for name, part in edits.get("parts", {}).items()}}
-    if table.get("spine"):
-        table["spine"] = moved(table["spine"])
-    for part in table["parts"].values():
-        if part.get("outline"):
-            part["outline"] = moved(part["outline"])
-        if part.get("masks"):
-            part["masks"] = [{**mask, "polygon": moved(mask["polygon"])} for mask in part["masks"]]
-    return table
 
 
 def motion_between(earlier: Scan, later: Scan) -> Move | None:
@@ -152,7 +130,7 @@ def register_pages(one: Bytes, two: Bytes) -> Floats | None:
     return np.asarray(matrix) if rms <= limit and abs(scale - 1.0) <= MAX_SCALE else None
 
 
-def _through_pages(points: Floats, one: RestoredPage, two: RestoredPage, matrix: Floats) -> Floats:
+def _through_pages(points: Points, one: RestoredPage, two: RestoredPage, matrix: Floats) -> Points:
     """Move points (n, 2) px from the image of one page's scan to that of the other's.
 
     A point off the paper keeps its distance from the nearest place on it.
@@ -160,11 +138,12 @@ def _through_pages(points: Floats, one: RestoredPage, two: RestoredPage, matrix:
     known = np.argwhere(np.isfinite(two.page_map[..., 0]))
     places = np.argwhere(np.isfinite(one.page_map[..., 0]))
     seen = one.page_map[places[:, 0], places[:, 1]]
-    moved = np.empty_like(points)
-    for index, point in enumerate(points):
+    moved = []
+    for point in np.array(points):
         nearest = int(np.argmin(((seen - point) ** 2).sum(axis=1)))
         row, col = places[nearest]
         x, y = matrix @ np.array([col, row, 1.0])
         there = known[int(np.argmin(((known - [y, x]) ** 2).sum(axis=1)))]
-        moved[index] = two.page_map[there[0], there[1]] + (point - seen[nearest])
-    return moved
+        x, y = two.page_map[there[0], there[1]] + (point - seen[nearest])
+        moved.append((float(x), float(y)))
+    return tuple(moved)

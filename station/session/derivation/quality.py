@@ -39,7 +39,7 @@ def record_verdict(writer: Writer, restored: Event) -> Event:
     parameters: dict[str, Any] = {
         "thresholds": preset_of(writer.session).thresholds.model_dump(mode="json", exclude_none=True)
     }
-    if dict(own_edits(writer.session, writer.history.page(restored.page)).get("by", {})).get("tool") == DROPPED:
+    if own_edits(writer.session, writer.history.page(restored.page)).by.tool == DROPPED:
         parameters["corrections_dropped"] = True
     others = list(_restored_pages(writer, without=restored.page))[-MAX_COMPARED:]
     run = run_verdict(restored.facts["result"], parameters, fingerprints_of(others))

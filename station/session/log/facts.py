@@ -19,7 +19,7 @@ from station.session.log.results import RESULTS, Facts, Number
 from station.session.terms.about import ABOUT, ABOUT_TABLE
 from station.session.terms.labels import LABELS, LEAF_ORDER, MISSING_LEAVES, RUNS
 from station.session.terms.presets import Preset, changed_preset
-from station.session.terms.rules import EDITS, RULES, RULES_TABLE, EditsTable
+from station.session.terms.rules import EDITS, RULES, RULES_TABLE, RecordedEdits
 from station.session.terms.volume import Volume, volume_of_facts
 
 SESSION = "session"
@@ -62,7 +62,7 @@ VALUES: Mapping[str, TypeAdapter[Any]] = {
     **{name: TypeAdapter(bool) for name in ("mark", "accept")},
     "position": TypeAdapter(Number),
     SETTINGS: TypeAdapter(dict[str, dict[str, Any]]),
-    EDITS: TypeAdapter(EditsTable),
+    EDITS: TypeAdapter(RecordedEdits | None),
     RULES: RULES_TABLE,
     **{name: TypeAdapter(bool) for name in ("left_out", "left_out_left", "left_out_right")},
     "order": LEAF_ORDER,

@@ -5,10 +5,7 @@ A restoration that was made with the same corrections is shown again; nothing is
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from restore import BadInput
+from restore import BadInput, PageEdits
 from station.session.corrections.layers import rules_of
 from station.session.derivation.fitting import show_fitting
 from station.session.log import steps
@@ -18,10 +15,10 @@ from station.session.log.store import Writer
 from station.session.terms.rules import EDITS, MAX_RULES, RULES, Rule, Scope, recorded
 
 
-def correct(writer: Writer, page: int, edits: Mapping[str, Any] | None) -> Event:
+def correct(writer: Writer, page: int, edits: PageEdits | None) -> Event:
     """Record the corrections of a page in place of its present ones.
 
-    edits: the fields that are given, as `PageEdits.given`; None removes all.
+    edits: the fields that are given are recorded; None removes all.
     Returns the event. Raises BadInput for invalid corrections, and for a page without a scan, OSError.
     """
     capture = writer.history.page(page).capture
@@ -33,7 +30,7 @@ def correct(writer: Writer, page: int, edits: Mapping[str, Any] | None) -> Event
     return event
 
 
-def add_rule(writer: Writer, scope: Scope, edits: Mapping[str, Any]) -> Event:
+def add_rule(writer: Writer, scope: Scope, edits: PageEdits) -> Event:
     """Record one more rule, which wins over those before it.
 
     Raises BadInput, OSError.
@@ -42,7 +39,8 @@ def add_rule(writer: Writer, scope: Scope, edits: Mapping[str, Any]) -> Event:
     if len(rules) >= MAX_RULES:
         raise BadInput(f"the volume has {len(rules)} rules, as many as it can", "correct the pages that are left")
     number = len(writer.history.events) + 1
-    rule = Rule(id=number, scope=scope, edits=recorded(edits))
+    recorded(edits)
+    rule = Rule(id=number, scope=scope, edits=edits)
     event = decide(writer, RULES, [*rules, rule.as_json()])
     show_fitting(writer)
     return event

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, TypeAdapter
 
 from restore import BadInput, PageEdits, parse_edits
 
@@ -25,27 +25,25 @@ def edits_of(table: Table) -> PageEdits:
     return parse_edits(data, "the corrections")
 
 
-def recorded(table: Table) -> dict[str, Any]:
+def recorded(edits: PageEdits) -> dict[str, Any]:
     """Return corrections as an event holds them. Raises BadInput, also for points in space."""
-    edits = edits_of(table)
+    edits.check()
     if edits.frame != "picture":
         raise BadInput("frame: corrections in space are for loose scans", "draw them on the picture of the page")
     return edits.given()
 
 
-def _checked(table: dict[str, Any] | None) -> dict[str, Any] | None:
-    """Raise ValueError for corrections that no operator can have made.
-
-    Returns them, or None where none are given.
-    """
+def _parsed(value: Any) -> PageEdits:
+    """Return the corrections of an event. Raises ValueError for invalid ones."""
     try:
-        recorded(table or {})
+        edits = value if isinstance(value, PageEdits) else edits_of(value)
+        recorded(edits)
     except BadInput as error:
         raise ValueError(str(error)) from error
-    return table
+    return edits
 
 
-EditsTable = Annotated[dict[str, Any] | None, AfterValidator(_checked)]
+RecordedEdits = Annotated[PageEdits, BeforeValidator(_parsed), PlainSerializer(PageEdits.given)]
 
 
 class Scope(BaseModel):
@@ -66,13 +64,13 @@ class Rule(BaseModel):
     """Corrections of many pages.
 
     id     number of the event that recorded it.
-    edits  the corrections that were given, as `PageEdits.given`; they name the parts that they are of.
+    edits  the corrections that were given; they name the parts that they are of.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
     id: int
     scope: Scope
-    edits: Annotated[dict[str, Any], AfterValidator(_checked)]
+    edits: RecordedEdits
 
     def is_on(self, shots: Sequence[int]) -> bool:
         """Whether the rule is on a page.
@@ -97,45 +95,3 @@ class Rule(BaseModel):
 
 
 RULES_TABLE: TypeAdapter[list[Rule]] = TypeAdapter(Annotated[list[Rule], Field(max_length=MAX_RULES)])
-
-
-def merged(under: Table, over: Table) -> dict[str, Any]:
-    """Merge corrections, those on top winning field by field.
-
-    Masks add up, and an empty list takes them away.
-
-    >>> merged({"layout": "whole", "parts": {"page": {"turn": 1}}}, {"parts": {"page": {"rotate_deg": 0.5}}})
-    {'layout': 'whole', 'parts': {'page': {'turn': 1, 'rotate_deg': 0.5}}}
-    """
-    parts = dict(under.get("parts", {}))
-    for name, part in over.get("parts", {}).items():
-        parts[name] = _merged_part(parts.get(name, {}), part)
-    return {**under, **over, **({"parts": parts} if parts else {})}
-
-
-def without(table: Table, others: Table) -> dict[str, Any]:
-    """Take the fields of others out of corrections. Masks stay, since they add up.
-
-    >>> without({"layout": "whole", "parts": {"page": {"turn": 1}}}, {"parts": {"page": {"turn": 2}}})
-    {'layout': 'whole'}
-    """
-    taken = others.get("parts", {})
-    parts = {name: _part_without(part, taken.get(name, {})) for name, part in table.get("parts", {}).items()}
-    kept = {name: part for name, part in parts.items() if part}
-    rest = {key: value for key, value in table.items() if key != "parts" and (key == "by" or key not in others)}
-    return {**rest, **({"parts": kept} if kept else {})}
-
-
-def _part_without(part: Table, taken: Table) -> dict[str, Any]:
-    rest = {key: value for key, value in part.items() if key == "masks" or key not in taken}
-    settings = {key: value for key, value in part.get("settings", {}).items() if key not in taken.get("settings", {})}
-    return {**rest, **({"settings": settings} if settings else {})}
-
-
-def _merged_part(under: Table, over: Table) -> dict[str, Any]:
-    table = {**under, **over}
-    if over.get("masks"):
-        table["masks"] = [*under.get("masks", []), *over["masks"]]
-    if "settings" in over:
-        table["settings"] = {**under.get("settings", {}), **over["settings"]}
-    return table

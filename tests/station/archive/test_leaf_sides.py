@@ -21,6 +21,7 @@ from station.session.leaves.leaf import leaves_of
 from station.session.operations.corrections import correct
 from station.session.terms.about import ABOUT
 from station.session.terms.labels import LABELS
+from station.session.terms.rules import edits_of
 from tests.station.archive.schema import schema, violations
 from tests.station.conftest import curl_scan
 
@@ -71,7 +72,7 @@ def book(tmp_path):
             if number == 2:
                 kind = {"spine": SPINE, "by": {"operator": "A. B.", "tool": "cli"}}
             if kind:
-                correct(writer, number, kind)
+                correct(writer, number, edits_of(kind))
             edits = {name: value for name, value in kind.items() if name != "by"}
             parameters = {"edits": {"layout": "whole", **edits} if "kind" in kind else edits} if kind else {}
             record_run(writer, "restore", capture, parameters=parameters, result=result, files=folder)

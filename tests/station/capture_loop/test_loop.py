@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from drivers import ScannerError
-from restore import RangeScan
+from restore import PageEdits, RangeScan
 from station.capture_loop import loop as loop_module
 from station.capture_loop.loop import CaptureLoop
 from station.session import Page, Volume, add_scan, correct, create_session, open_session, read_session
@@ -21,6 +21,7 @@ from station.session.corrections.transfer import carried_edits
 from station.session.derivation.restoration import Run
 from station.session.fixity.verify import verify
 from station.session.terms.presets import load_preset
+from station.session.terms.rules import edits_of
 from station.verdict.same_page import fingerprint
 from tests.station.conftest import GOOD
 
@@ -221,7 +222,7 @@ def test_a_scanner_that_fails_ends_no_shift(book, tiny_scan):
     ]
 
 
-SPINE = {"spine": [[3.0, 0.0], [3.0, 7.0]], "by": {"operator": "A. B.", "tool": "cli"}}
+SPINE = edits_of({"spine": [[3.0, 0.0], [3.0, 7.0]], "by": {"operator": "A. B.", "tool": "cli"}})
 
 
 def test_keys_work_while_corrections_are_carried_to_a_new_scan(book, tiny_scan, monkeypatch):
@@ -257,7 +258,7 @@ def test_keys_work_while_corrections_are_carried_to_a_new_scan(book, tiny_scan, 
 def test_a_shift_that_ended_before_corrections_were_carried_carries_them(book, tiny_scan):
     with open_session(book) as writer:
         add_scan(writer, tiny_scan, facts={})
-        correct(writer, 1, {"kind": "leaf"})
+        correct(writer, 1, PageEdits(kind="leaf"))
         add_scan(writer, tiny_scan, page=1, facts={})
     lines = work(book, tiny_scan, Restorer(), "")
     assert "page 1 [1r]: corrections carried" in lines

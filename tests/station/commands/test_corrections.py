@@ -56,7 +56,11 @@ def test_fields_of_one_leaf_with_the_name_of_the_operator(book, capsys):
     assert events(book) == before + 1
     session = read_session(book)
     restored = session.history.page(2).runs[RESTORE].number
-    assert own_edits(session, session.history.page(2))["by"] == {"operator": "A. B.", "tool": "cli", "saw": restored}
+    assert own_edits(session, session.history.page(2)).given()["by"] == {
+        "operator": "A. B.",
+        "tool": "cli",
+        "saw": restored,
+    }
     assert run("edits", book, "2", "--set", "rotate=0.5") == 0
     assert edits_of_page(book, 2)["parts"] == {"left": {"turn": 1, "rotate_deg": 0.5}, "right": {"rotate_deg": 0.5}}
     assert run("edits", book, "2", "--clear") == 0

@@ -8,7 +8,7 @@ import os
 import pytest
 
 from oracles.tiny_scan import tiny_scan
-from restore import LayoutFinding, save_scan
+from restore import LayoutFinding, PageEdits, save_scan
 from restore.formats import write_obj
 from restore.mesh.triangulate import triangulate
 from station.cli import main
@@ -56,7 +56,7 @@ def test_the_pages_of_a_session_are_listed_with_what_a_hand_decided(tmp_path, mo
         restored = add_scan(writer, tiny_scan(1), facts={})
         found = LayoutFinding("ask", "unsure", None, widths_mm=(90.0, 110.0), reasons=("its walls are flat",)).as_json()
         record_run(writer, RESTORE, restored, parameters={}, result={"part": "page", "layout": found})
-        correct(writer, 1, {"layout": "split"})
+        correct(writer, 1, PageEdits(layout="split"))
         add_scan(writer, shot(False)[0], facts={})
         events = len(writer.history.events)
     assert main(["layout", str(tmp_path / "book"), "--json"]) == 0

@@ -4,31 +4,31 @@ from __future__ import annotations
 
 import pytest
 
-from restore import BadInput
+from restore import BadInput, PageEdits
 from station.errors import UsageError
-from station.session.corrections.fields import changed, fields_of
+from station.session.corrections.fields import changed
 
 BOTH = ("left", "right")
 
 
 def test_fields_are_set_on_parts_and_on_the_page():
-    table = changed({}, ["layout=split", "turn=1", "crop=margin:3", "settings.dpi=300", "size=120x170"], BOTH)
+    edits = changed(PageEdits(), ["layout=split", "turn=1", "crop=margin:3", "settings.dpi=300", "size=120x170"], BOTH)
     part = {
         "turn": 1,
         "crop": {"mode": "margin", "margin_mm": 3.0},
         "settings": {"dpi": 300.0},
         "size_mm": [120.0, 170.0],
     }
-    assert table == {"layout": "split", "parts": {"left": part, "right": part}}
-    assert fields_of(table)[:2] == ["layout", "left.turn"]
+    assert edits.given() == {"layout": "split", "parts": {"left": part, "right": part}}
+    assert edits.names[:2] == ("layout", "left.turn")
 
 
 def test_masks_add_up_and_everything_can_be_taken_away():
-    one = changed({}, ["remove=0,0:9,0:9,9"], ["page"])
+    one = changed(PageEdits(), ["remove=0,0:9,0:9,9"], ["page"])
     two = changed(one, ["keep=1,1:9,1:9,9", "spine=3,0:3,90", "settings.dpi=300"], ["page"])
-    assert [mask["what"] for mask in two["parts"]["page"]["masks"]] == ["remove", "keep"]
-    assert changed(two, ["remove=", "spine=", "settings.dpi="], ["page"]) == {}
-    assert len(one["parts"]["page"]["masks"]) == 1  # unchanged
+    assert [mask.what for mask in two.part("page").masks] == ["remove", "keep"]
+    assert changed(two, ["remove=", "spine=", "settings.dpi="], ["page"]).given() == {}
+    assert len(one.part("page").masks) == 1  # unchanged
 
 
 @pytest.mark.parametrize(
@@ -50,4 +50,4 @@ def test_masks_add_up_and_everything_can_be_taken_away():
 )
 def test_what_cannot_be_is_refused(word, error):
     with pytest.raises(error):
-        changed({}, [word], ["page"])
+        changed(PageEdits(), [word], ["page"])

@@ -22,7 +22,7 @@ from station.session.log.current import about_of
 from station.session.terms.about import ABOUT
 from station.session.terms.parts import RESTORE
 from station.session.terms.presets import Preset
-from station.session.terms.rules import Scope
+from station.session.terms.rules import Scope, edits_of
 
 
 @pytest.fixture(params=["single", "auto"])
@@ -58,27 +58,29 @@ def test_without_corrections_nothing_is_added_to_the_parameters(writer):
 
 
 def test_own_corrections_win_over_rules_and_later_rules_over_earlier_ones(writer):
-    add_rule(writer, Scope(), {"layout": "split", **turned(1)})
-    add_rule(writer, Scope(), turned(2))
+    add_rule(writer, Scope(), edits_of({"layout": "split", **turned(1)}))
+    add_rule(writer, Scope(), edits_of(turned(2)))
     assert effective_edits(writer.session, page_of(writer)) == {"layout": "split", **turned(2)}
-    correct(writer, 1, {"layout": "whole", **turned(3)})
+    correct(writer, 1, edits_of({"layout": "whole", **turned(3)}))
     assert effective_edits(writer.session, page_of(writer)) == {"layout": "whole", **turned(3)}
     assert [source for source, _ in layers_of(writer.session, page_of(writer))] == ["rule 3", "rule 4", "page"]
-    correct(writer, 1, turned(0))  # as found, against the rules
+    correct(writer, 1, edits_of(turned(0)))  # as found, against the rules
     assert effective_edits(writer.session, page_of(writer)) == {"layout": "split"}
 
 
 def test_a_turned_page_is_not_split_by_it_in_a_session_of_single_pages(writer):
-    correct(writer, 1, turned(1))
+    correct(writer, 1, edits_of(turned(1)))
     single = Preset.model_validate(writer.session.volume.preset_values).layout == "single"
     assert effective_edits(writer.session, page_of(writer)) == {**turned(1), **({"layout": "whole"} if single else {})}
-    correct(writer, 1, {"spine": [[3.0, 0.0], [3.0, 7.0]]})
+    correct(writer, 1, edits_of({"spine": [[3.0, 0.0], [3.0, 7.0]]}))
     assert "layout" not in effective_edits(writer.session, page_of(writer))  # a spine is drawn to split there
 
 
 def test_what_changes_no_image_makes_no_restoration_outdated(writer):
     restored(writer)
-    correct(writer, 1, {"note": "torn", "by": {"operator": "A. B."}, "parts": {"page": {"label": "7", "turn": 0}}})
+    correct(
+        writer, 1, edits_of({"note": "torn", "by": {"operator": "A. B."}, "parts": {"page": {"label": "7", "turn": 0}}})
+    )
     assert effective_edits(writer.session, page_of(writer)) is None
     assert not needs_restoration(writer.session, page_of(writer))
 
@@ -87,7 +89,7 @@ def test_a_correction_asks_for_a_restoration_that_has_it_as_an_input(writer):
     assert needs_restoration(writer.session, page_of(writer))
     restored(writer)
     assert not needs_restoration(writer.session, page_of(writer))
-    own, rule = correct(writer, 1, turned(1)), add_rule(writer, Scope(), {"overlap_mm": 2.0})
+    own, rule = correct(writer, 1, edits_of(turned(1))), add_rule(writer, Scope(), edits_of({"overlap_mm": 2.0}))
     assert outdated_pages(writer.session) == [1]
     run = restored(writer)
     assert outdated_pages(writer.session) == []
@@ -108,7 +110,7 @@ def test_a_preset_gives_size_overlap_and_direction(layout, leaves, tmp_path, tin
         assert effective_edits(writer.session, page_of(writer)) == {"overlap_mm": 2.0, "parts": sizes, **whole}
         assert not is_corrected(writer.session, page_of(writer))
         assert about_of(writer.history).direction == "rtl"
-        correct(writer, 1, {"overlap_mm": 3.0})
+        correct(writer, 1, edits_of({"overlap_mm": 3.0}))
         decide(writer, ABOUT, {"direction": "ltr"})
         assert effective_edits(writer.session, page_of(writer))["overlap_mm"] == 3.0
         assert [source for source, _ in layers_of(writer.session, page_of(writer))] == ["preset", "page"]
@@ -120,7 +122,7 @@ def test_a_preset_gives_size_overlap_and_direction(layout, leaves, tmp_path, tin
 
 def test_points_in_space_are_for_loose_scans(writer):
     with pytest.raises(BadInput, match="loose scans"):
-        correct(writer, 1, {"frame": "space", "spine": [[0.0, 0.0, -900.0], [0.0, 9.0, -900.0]]})
+        correct(writer, 1, edits_of({"frame": "space", "spine": [[0.0, 0.0, -900.0], [0.0, 9.0, -900.0]]}))
 
 
 def test_programs_without_layouts_read_such_a_session(writer):

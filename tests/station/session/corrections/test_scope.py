@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from station.session import add_scan, correct, open_session
 from station.session.corrections.scope import planned_rule
+from station.session.terms.rules import edits_of
 
 
 def test_a_plan_freezes_the_pages_and_names_what_is_kept(volume, tiny_scan):
     with open_session(volume) as writer:
         shots = [add_scan(writer, tiny_scan, facts={}) for _ in range(3)]
-        correct(writer, 2, {"layout": "whole", "parts": {"page": {"turn": 1, "masks": []}}})
+        correct(writer, 2, edits_of({"layout": "whole", "parts": {"page": {"turn": 1, "masks": []}}}))
         planned = planned_rule(writer.session, ["turn=2", "layout=split"], "2-3", future=False)
     assert planned.scope.captures == [shots[1].number, shots[2].number]
     assert planned.pages == (2, 3)

@@ -8,33 +8,27 @@ import pytest
 
 from drivers.simulated.scene.artwork import Text
 from station.session import add_scan, correct, open_session, record_run, undo
-from station.session.corrections.transfer import carried, carried_edits, register_pages, uncarried, without_points
+from station.session.corrections.transfer import carried_edits, register_pages, uncarried
 from station.session.derivation.quality import record_verdict
 from station.session.terms.parts import RESTORE
+from station.session.terms.rules import edits_of
 from station.verdict.same_page import fingerprint
 
 MASK = {"what": "remove", "polygon": [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]]}
-EDITS = {
-    "spine": [[3.0, 0.0], [3.0, 7.0]],
-    "kind": "spread",
-    "parts": {"left": {"turn": 1, "masks": [MASK], "outline": MASK["polygon"]}},
-}
-GIVEN = {"kind": "spread", "by": {"operator": "A. B.", "tool": "cli"}}  # corrections without points
+EDITS = edits_of(
+    {
+        "spine": [[3.0, 0.0], [3.0, 7.0]],
+        "kind": "spread",
+        "parts": {"left": {"turn": 1, "masks": [MASK], "outline": MASK["polygon"]}},
+    }
+)
+GIVEN = edits_of({"kind": "spread", "by": {"operator": "A. B.", "tool": "cli"}})  # corrections without points
 
 
 def page(seed: int) -> np.ndarray:
     """A printed page of 100 × 80 mm at 100 dpi."""
     image = Text(title_pt=20, sizes_pt=(10.0,), margin_mm=5, seed=seed).print_on((100.0, 80.0)).image
     return cv2.resize(image, (394, 315), interpolation=cv2.INTER_AREA)
-
-
-def test_points_move_and_everything_else_stays():
-    moved = carried(EDITS, lambda points: points + [1.0, 2.0])
-    assert moved["spine"] == [[4.0, 2.0], [4.0, 9.0]]
-    assert moved["parts"]["left"]["masks"][0]["polygon"][1] == [10.0, 2.0]
-    assert moved["parts"]["left"]["turn"] == 1
-    assert EDITS["spine"][0] == [3.0, 0.0]
-    assert without_points(EDITS) == {"kind": "spread", "parts": {"left": {"turn": 1}}}
 
 
 def test_a_page_registers_with_itself_turned_and_not_with_a_blank_one():
@@ -75,5 +69,5 @@ def test_points_that_do_not_fit_are_dropped_and_the_page_is_amber(volume, tiny_s
         run = record_run(writer, RESTORE, later, parameters={}, result=result)
         (check,) = record_verdict(writer, run).facts["result"]["checks"]
         assert (check["name"], check["level"]) == ("corrections", "amber")
-        correct(writer, 1, {"layout": "whole"})
+        correct(writer, 1, edits_of({"layout": "whole"}))
         assert record_verdict(writer, run).facts["result"]["checks"] == []

@@ -13,6 +13,7 @@ from station.capture_loop.loop import CaptureLoop
 from station.session import add_scan, decide, redo, undo
 from station.session.derivation.keeping import restore_keeping
 from station.session.log.facts import SETTINGS
+from station.session.terms.rules import edits_of
 from tests.restore.layout.conftest import PAGE_MM
 
 ROTATION = {"rotate_deg": 1.5}
@@ -54,7 +55,7 @@ def work_off(loop):
 
 
 def corrected(loop, edits):
-    loop.correct(1, edits)
+    loop.correct(1, edits_of(edits))
     return work_off(loop)
 
 

@@ -21,6 +21,7 @@ from station.session.derivation.reproduce import reproduce
 from station.session.fixity.verify import verify
 from station.session.leaves.leaf import leaves_of
 from station.session.leaves.overview import overview, overview_lines
+from station.session.terms.rules import edits_of
 from tests.restore.layout.conftest import PAGE_MM, SPINE_MM
 
 SIZE_MM = 1.5  # two samples of the fast mode
@@ -73,7 +74,7 @@ def test_a_correction_and_its_undo(opening, tmp_path):
     restore_all(opening)
     split = opening.history.page(1).runs["restore"]
     edits = {"layout": "right", "parts": {"right": {"turn": 1, "settings": {"dpi": 40}}}}
-    correct(opening, 1, edits)
+    correct(opening, 1, edits_of(edits))
     assert [page.problem[:9] for page in volume_of(opening.session).pages] == ["corrected"] * 2
     restore_all(opening)
     (leaf,) = leaves_of(opening.session)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from restore import PageEdits
 from station.session import Volume, add_scan, correct, create_session, decide, open_session, record_run
 from station.session.leaves.leaf import labels_of, leaves_of, missing_labels
 from station.session.terms.parts import RESTORE
@@ -45,16 +46,16 @@ def test_two_leaves_of_a_scan_have_a_label_each(writer, tiny_scan):
 
 def test_a_cover_shifts_no_label(writer, tiny_scan):
     add(writer, tiny_scan, ONE, SPLIT)
-    correct(writer, 1, {"kind": "cover"})
+    correct(writer, 1, PageEdits(kind="cover"))
     assert shown(writer) == [("1", "", ""), ("2/left", "1r", "left"), ("2/right", "1v", "right")]
 
 
 def test_a_plate_is_two_leaf_sides(writer, tiny_scan):
     add(writer, tiny_scan, ONE, PLATE, ONE)
     assert labels_of(writer.session) == {1: "1r", 2: "1v–2r", 3: "2v"}
-    correct(writer, 2, {"kind": "leaf"})
+    correct(writer, 2, PageEdits(kind="leaf"))
     assert labels_of(writer.session) == {1: "1r", 2: "1v", 3: "2r"}
-    correct(writer, 2, {"kind": "spread", "layout": "whole"})
+    correct(writer, 2, PageEdits(kind="spread", layout="whole"))
     assert labels_of(writer.session)[3] == "2v"
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from restore import BadInput
+from restore import BadInput, PageEdits
 from station.session import add_rule, add_scan, correct, decide, open_session, redo, undo
 from station.session.derivation.fitting import show_fitting
 from station.session.derivation.parameters import needs_restoration, parameters_of
 from station.session.log.steps import record_run
 from station.session.terms.parts import RESTORE
-from station.session.terms.rules import Scope
+from station.session.terms.rules import Scope, edits_of
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def shown(writer):
     return [page.runs[RESTORE].number for page in writer.history.pages()]
 
 
-TURNED = {"parts": {"page": {"turn": 1}}}
+TURNED = edits_of({"parts": {"page": {"turn": 1}}})
 
 
 def test_undo_and_redo_of_a_correction_show_what_was_restored(writer):
@@ -75,12 +75,12 @@ def test_a_page_that_is_captured_again_begins_without_and_its_corrections_come_b
     add_scan(writer, tiny_scan, page=1, facts={})
     assert "edits" not in writer.history.page(1).decisions
     undo(writer)
-    assert writer.history.page(1).decided("edits") == TURNED
+    assert writer.history.page(1).decided("edits") == TURNED.given()
 
 
 def test_corrections_that_cannot_be_change_nothing(writer):
     count = len(writer.history.events)
-    for page, edits in ((1, {"layout": "sideways"}), (7, TURNED)):
+    for page, edits in ((1, PageEdits.model_construct(layout="sideways")), (7, TURNED)):
         with pytest.raises(BadInput):
             correct(writer, page, edits)
     assert len(writer.history.events) == count

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from restore import BadInput
+from restore import BadInput, PageEdits
 from station.session import add_rule, add_scan, open_session, undo
-from station.session.terms.rules import MAX_RULES, RULES_TABLE, Rule, Scope, edits_of, merged
+from station.session.terms.rules import MAX_RULES, RULES_TABLE, Rule, Scope, edits_of
 
 MASK = {"what": "remove", "polygon": [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]]}
 OTHER = {"what": "keep", "polygon": [[5.0, 5.0], [20.0, 5.0], [20.0, 20.0]]}
@@ -28,14 +28,14 @@ def part(**fields):
     ],
 )
 def test_corrections_add_up_field_by_field(under, over, both):
-    assert merged(under, over) == both
+    assert edits_of(under).merged(edits_of(over)).given() == both
 
 
 def test_a_rule_is_frozen_and_follows_a_page_that_is_captured_again(volume, tiny_scan):
     with open_session(volume) as writer:
         first = add_scan(writer, tiny_scan, facts={})
         other = add_scan(writer, tiny_scan, facts={})
-        event = add_rule(writer, Scope(captures=[first.number]), part(turn=1))
+        event = add_rule(writer, Scope(captures=[first.number]), edits_of(part(turn=1)))
         again = add_scan(writer, tiny_scan, page=first.page, facts={})
         later = add_scan(writer, tiny_scan, facts={})
         history = writer.history
@@ -43,7 +43,7 @@ def test_a_rule_is_frozen_and_follows_a_page_that_is_captured_again(volume, tiny
     assert rule.id == event.number
     assert [rule.is_on(history.shots(one)) for one in (first, other, again, later)] == [True, False, True, False]
     scopes = (Scope(), Scope(future=True), Scope(captures=[other.number], future=True))
-    rules = [Rule(id=event.number, scope=scope, edits={}) for scope in scopes]
+    rules = [Rule(id=event.number, scope=scope, edits=PageEdits()) for scope in scopes]
     assert [[one.is_on(history.shots(shot)) for shot in (first, other, again, later)] for one in rules] == [
         [True, True, True, False],
         [True, True, True, True],
@@ -56,7 +56,7 @@ def test_a_rule_is_one_event_and_one_undo(volume, tiny_scan):
         for _ in range(20):
             add_scan(writer, tiny_scan, facts={})
         before = len(writer.history.events)
-        add_rule(writer, Scope(), part(turn=1))
+        add_rule(writer, Scope(), edits_of(part(turn=1)))
         assert len(writer.history.events) == before + 1
         assert undo(writer).name == "rules"
 
@@ -65,7 +65,7 @@ def test_a_rule_is_one_event_and_one_undo(volume, tiny_scan):
 def test_rules_that_cannot_be_are_refused(volume, edits):
     with open_session(volume) as writer:
         with pytest.raises(BadInput):
-            add_rule(writer, Scope(), edits)
+            add_rule(writer, Scope(), edits_of(edits))
         assert len(writer.history.events) == 1
 
 
@@ -78,6 +78,6 @@ def test_nesting_has_an_end():
 
 
 def test_there_are_no_more_rules_than_a_record_holds():
-    rule = Rule(id=1, scope=Scope(), edits={}).model_dump(mode="json")
+    rule = Rule(id=1, scope=Scope(), edits=PageEdits()).model_dump(mode="json")
     with pytest.raises(ValidationError):
         RULES_TABLE.validate_python([rule] * (MAX_RULES + 1))
