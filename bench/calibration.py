@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from drivers import CaptureSettings, open_scanner
+from drivers import open_scanner
 from drivers.simulated import Binding, Markers, shoot
 from drivers.vivid900.geometry.calibration import Calibration, encode_calibration, read_calibration
 from drivers.vivid900.geometry.lenses import FINE
 from drivers.vivid900.geometry.triangulation import points_of
+from drivers.vivid900.settings import VividSettings
 from oracles.hidden_body import HIDDEN_BODY, NOMINAL
 from oracles.markers import marker_error
 from restore import Settings, restore
@@ -38,7 +39,7 @@ def scan_boards(folder: Path) -> list[str]:
         scene = {"sheet": "flat", "artwork": "markers", "pose": {"tilt_deg": tilt, "turn_deg": turn}}
         table: dict[str, Any] = {"driver": "simulated", "body": str(body), "distance_mm": distance, "seed": k}
         with open_scanner({**table, "scene": scene}) as scanner:
-            scan = scanner.capture(CaptureSettings(distance_mm=distance))
+            scan = scanner.capture(VividSettings(distance_mm=distance))
         save_scan(scan, folder / f"{k}.scan")
         named.append(f"{folder / f'{k}.scan'}" + (f"@{distance}" if tilt == 0 else ""))
     return named

@@ -16,12 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
-from drivers import CaptureSettings
 from drivers.scsi.in_process import InProcess
 from drivers.simulated import rig
 from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
+from drivers.vivid900.settings import VividSettings
 from restore import RangeScan
 from station.capture_loop.loop import CaptureLoop
 from station.session import Volume, create_session, open_session
@@ -56,7 +56,7 @@ def shot(sheet: dict[str, object]) -> tuple[RangeScan, float]:
     link = Link(InProcess(setup.device), None, setup.clock, setup.clock.sleep)
     with Vivid900(link, setup.device.profile, calibrations(None, lens=setup.device.lens.name)) as scanner:
         start = setup.clock()
-        return scanner.capture(CaptureSettings()), setup.clock() - start
+        return scanner.capture(VividSettings()), setup.clock() - start
 
 
 def work(scans: list[RangeScan], shot_s: float, pages: int) -> tuple[list[float], list[float]]:

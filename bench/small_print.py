@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from drivers import CaptureSettings
 from drivers.simulated import connect, rig
 from drivers.vivid900.geometry.lenses import FINE
+from drivers.vivid900.settings import VividSettings
 from restore import RangeScan, Settings, restore
 from restore.texture.super_resolution import super_resolve
 from station.words.ocr_precision import MatchCount, count_matching_characters, count_matching_words
@@ -34,7 +34,7 @@ def station(size_pt: float) -> Mapping[str, Any]:
 def shots(config: Mapping[str, Any], count: int) -> list[RangeScan]:
     """`count` captures of the page."""
     with connect(config) as scanner:
-        return [scanner.capture(CaptureSettings()) for _ in range(count)]
+        return [scanner.capture(VividSettings()) for _ in range(count)]
 
 
 def printed(config: Mapping[str, Any]) -> str:

@@ -10,7 +10,6 @@ import sys
 from dataclasses import dataclass
 from hashlib import sha256
 
-from drivers.scanner import CaptureSettings
 from drivers.scsi.in_process import InProcess
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
@@ -19,11 +18,12 @@ from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import PROFILES, SIMULATED, Profile, load_profile
+from drivers.vivid900.settings import VividSettings
 from restore import RangeScan, Settings, restore
 from station.images.png import encode_png
 
 SCENE = {"sheet": "curl", "artwork": "text", "page_mm": [280, 200]}
-SHOT = CaptureSettings(mode="fast", distance_mm=900.0, laser_power=60)  # one shot, without previews
+SHOT = VividSettings(mode="fast", distance_mm=900.0, laser_power=60)  # one shot, without previews
 COARSE = Settings(points=300, dpi=60)
 PARTS = "range image", "colours", "page"
 

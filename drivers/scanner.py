@@ -8,10 +8,11 @@ ScannerError            base class; carries the exit code (4) and a hint: what t
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from math import inf
 from types import TracebackType
-from typing import TYPE_CHECKING, Literal, Protocol, Self, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self, get_args, get_type_hints, runtime_checkable
 
 if TYPE_CHECKING:  # the library takes seconds to import, and every command reports its errors by this module
     from restore.scan import RangeScan
@@ -19,14 +20,8 @@ if TYPE_CHECKING:  # the library takes seconds to import, and every command repo
 Progress = Callable[[str, float], None]
 """Called with the name of the step and how much of it is done, 0 to 1."""
 
-MIN_DISTANCE_MM, MAX_DISTANCE_MM = 500.0, 2500.0  # hardware manual p. 56, and the error "out of distance range"
-MAX_LASER_POWER = 255
 LASER_MAY_BE_ON = "the laser may be on: switch the scanner off"
 """The note of an error after which the laser could not be confirmed to be off."""
-MAX_GAIN = 7
-CAPTURE_S = (
-    120.0  # deadline of a capture: a FINE shot takes 5 s, three attempts with their longest waits about a minute
-)
 MAX_DEADLINE_S = 3600.0
 MAX_AVERAGE = 64  # four minutes of shots; noise is an eighth by then, and only systematic error remains
 
@@ -53,47 +48,95 @@ class TransportError(ScannerError):
     """Raised when the scanner cannot be reached or the connection to it breaks."""
 
 
-@dataclass(frozen=True)
-class CaptureSettings:
-    """Settings of one capture.
+class Setting(NamedTuple):
+    """One setting of a capture, as its class declares it.
 
-    mode         "fine": 640×480 samples in 2.5 s; "fast": 320×240 samples in 0.3 s.
-    distance_mm  distance from the front of the lens to the page, 500 to 2500; None uses autofocus.
-    laser_power  1 to 255; None lets the scanner choose.
-    gain         CCD gain, 0 to 7; None lets the scanner choose.
-    average      shots to take of the same and average, 1 to 64: noise falls as 1/√average.
-    deadline_s   time that the whole capture may take, 1 to 3600; None is CAPTURE_S, or more for many shots.
-    multi_depth  take further shots focused nearer and farther where the page exceeds the depth window.
-
-    >>> CaptureSettings(distance_mm=900).mode
-    'fine'
-    >>> CaptureSettings(distance_mm=90)
-    Traceback (most recent call last):
-        ...
-    drivers.scanner.SettingsError: distance_mm = 90 is out of range
+    text, unit  what it is, for the operator.
+    kind        "flag", "integer", "number", or "choice", one of the choices.
+    low, high   limits, both possible; None for none.
+    optional    whether None is a value.
     """
 
-    mode: Literal["fine", "fast"] = "fine"
-    distance_mm: float | None = None
-    laser_power: int | None = None
-    gain: int | None = None
-    average: int = 1
-    multi_depth: bool = False
-    deadline_s: float | None = None
+    name: str
+    default: Any
+    text: str
+    unit: str
+    low: float | None
+    high: float | None
+    kind: str
+    choices: tuple[str, ...]
+    optional: bool
+
+    def check(self, value: Any) -> None:
+        """Raise SettingsError for a value of another kind or beyond the limits."""
+        if value is None and self.optional:
+            return
+        if self.kind == "choice" and value not in self.choices:
+            raise SettingsError(f"{self.name}: {value!r} is not usable", f"use one of: {', '.join(self.choices)}")
+        if not isinstance(value, KINDS[self.kind]) or (isinstance(value, bool) and self.kind != "flag"):
+            raise SettingsError(f"{self.name}: {value!r} is not usable", f"it has to be of the kind {self.kind}")
+        low, high = -inf if self.low is None else self.low, inf if self.high is None else self.high
+        if isinstance(value, int | float) and not low <= value <= high:
+            raise SettingsError(f"{self.name} = {value} is out of range", f"use a value from {low:g} to {high:g}")
+
+
+KINDS: Mapping[str, type | tuple[type, ...]] = {"flag": bool, "integer": int, "number": (int, float), "choice": str}
+
+
+def setting(default: Any, text: str, *, unit: str = "", low: float | None = None, high: float | None = None) -> Any:
+    """Return a field of a class of settings; its annotation gives kind and choices."""
+    return field(default=default, metadata={"text": text, "unit": unit, "low": low, "high": high})
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaptureSettings:
+    """Settings of a capture by any scanner; a driver's own class adds more by `setting`.
+
+    average     shots to take of the same and average: noise falls as 1/√average.
+    deadline_s  time that the whole capture may take.
+
+    >>> CaptureSettings(average=90)
+    Traceback (most recent call last):
+        ...
+    drivers.scanner.SettingsError: average = 90 is out of range
+    """
+
+    average: int = setting(1, "captures that are averaged", low=1, high=MAX_AVERAGE)
+    deadline_s: float | None = setting(
+        None, "time that a capture may take; empty: the scanner's own", unit="s", low=1, high=MAX_DEADLINE_S
+    )
 
     def __post_init__(self) -> None:
-        if self.mode not in ("fine", "fast"):
-            raise SettingsError(f"mode {self.mode!r} is not known", "use 'fine' or 'fast'")
-        _check("distance_mm", self.distance_mm, MIN_DISTANCE_MM, MAX_DISTANCE_MM)
-        _check("laser_power", self.laser_power, 1, MAX_LASER_POWER)
-        _check("gain", self.gain, 0, MAX_GAIN)
-        _check("average", self.average, 1, MAX_AVERAGE)
-        _check("deadline_s", self.deadline_s, 1, MAX_DEADLINE_S)
+        for one in self.declared():
+            one.check(getattr(self, one.name))
 
+    @classmethod
+    def declared(cls) -> tuple[Setting, ...]:
+        """The settings in the order of a form: a driver's own first."""
+        hints, found = get_type_hints(cls), []
+        for one in fields(cls):
+            options = [kind for kind in get_args(hints[one.name]) if kind is not type(None)]
+            optional = type(None) in get_args(hints[one.name])
+            annotation = options[0] if optional else hints[one.name]
+            choices = get_args(annotation)
+            kind = "choice" if choices else {bool: "flag", int: "integer", float: "number"}[annotation]
+            facts = {"kind": kind, "choices": choices, "optional": optional, **one.metadata}
+            found.append(Setting(name=one.name, default=one.default, **facts))
+        common = {one.name for one in fields(CaptureSettings)}
+        return tuple(sorted(found, key=lambda one: one.name in common))
 
-def _check(name: str, value: float | None, low: float, high: float) -> None:
-    if value is not None and not low <= value <= high:
-        raise SettingsError(f"{name} = {value} is out of range", f"use a value from {low:g} to {high:g}")
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Self:
+        """Return the settings of a table. Raises SettingsError, also for an unknown name."""
+        known = [one.name for one in cls.declared()]
+        for name in values:
+            if name not in known:
+                raise SettingsError(f"{name}: is not a known setting", f"use one of: {', '.join(known)}")
+        return cls(**values)
+
+    def preview(self) -> Self:
+        """Return the settings of one quick shot of the same."""
+        return replace(self, average=1)
 
 
 class Scanner(Protocol):

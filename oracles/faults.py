@@ -14,21 +14,22 @@ from typing import ClassVar
 
 import numpy as np
 
-from drivers.scanner import CAPTURE_S, CaptureSettings, ScannerError
+from drivers.scanner import ScannerError
 from drivers.scsi.in_process import InProcess
 from drivers.scsi.transport import DEFAULT_TIMEOUT_S, Reply, Target, Transport
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import SELF_TEST_S, Lens, SimulatedDevice
-from drivers.vivid900.capture.camera import PARK_COMMAND_S, PARK_S, Vivid900
+from drivers.vivid900.capture.camera import CAPTURE_S, PARK_COMMAND_S, PARK_S, Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.geometry.lenses import LENSES
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import SIMULATED, Profile, load_profile
+from drivers.vivid900.settings import VividSettings
 from oracles.simulation.device_faults import FAULTS, Fault, FaultyDevice, NoAnswer
 from oracles.simulation.plate import DARKEST, SHADES, PlateSensor
 from restore.scan import RangeScan
 
-SETTINGS = CaptureSettings(mode="fast", laser_power=68, gain=0)  # autofocus, one shot, the range image and the colours
+SETTINGS = VividSettings(mode="fast", laser_power=68, gain=0)  # autofocus, one shot, the range image and the colours
 CHUNK_BYTES = 400_000  # two commands for the range image, three for the colours: first, middle and last behave alike
 TRUE_MM = 0.01  # what rounding of the sums leaves of the plate's depth
 # The capture's deadline, within which its last attempt ends, and the parking after it with its last command.

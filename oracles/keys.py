@@ -289,7 +289,7 @@ KEYS: Mapping[str, Key] = {
     "port": Key("text", "", "serial port of the controller", CONFIG),
     "relative": Key("flag", "", "whether the controller takes relative rotations", CONFIG),
     "arc_deg": Key("number", "degrees", "angle that the views cover", CONFIG),
-    "multi_depth": Key("flag", "", "captures in several depths", "drivers/scanner.py"),
+    "multi_depth": Key("flag", "", "captures in several depths", "drivers/vivid900/settings.py"),
     "deadline_s": Key("number|null", "s", "time limit of a capture", "drivers/scanner.py"),
 }
 

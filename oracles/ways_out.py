@@ -39,10 +39,11 @@ NOT_KILLED = "not killed"  # in place of a violation: the capture had ended befo
 STARTED_S = 60.0  # a program that imports the driver on a busy machine
 CHILD = """
 import sys
-from drivers import CaptureSettings, open_scanner
+from drivers import open_scanner
+from drivers.vivid900.settings import VividSettings
 config = {"driver": "vivid900", "profile": sys.argv[2], "transport": {"kind": "socket", "port": int(sys.argv[1])}}
 with open_scanner(config) as scanner:
-    scanner.capture(CaptureSettings(mode="fast", laser_power=68, gain=0))
+    scanner.capture(VividSettings(mode="fast", laser_power=68, gain=0))
 """
 
 

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, InstanceOf, ValidationError, ValidationInfo, field_validator
 
-from drivers import DRIVERS, CaptureSettings, SettingsError
+from drivers import DRIVERS, CaptureSettings, SettingsError, settings_of
 from drivers.shipped import CONFIGS
 from restore import Settings
 from restore.files import read_toml
@@ -74,7 +74,7 @@ class TurntableSettings(BaseModel):
 class StationConfig(BaseModel):
     """Configuration of a station.
 
-    scanner: for the driver that it names.
+    scanner: for the driver that it names; capture: its settings of a capture.
     stage: None without a turntable.
     The rest as the models of the same names.
     """
@@ -82,7 +82,7 @@ class StationConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
     scanner: dict[str, Any]
     turntable: TurntableSettings | None = None
-    capture: CaptureSettings = CaptureSettings()
+    capture: Annotated[InstanceOf[CaptureSettings], Field(validate_default=True)] = CaptureSettings()
     restore: Settings = Settings()
     output: OutputSettings = OutputSettings()
 
@@ -92,6 +92,17 @@ class StationConfig(BaseModel):
         if not isinstance(scanner.get("driver"), str) or scanner["driver"] not in DRIVERS:
             raise ValueError(f"driver = {scanner.get('driver')!r} is not known, use one of: {', '.join(DRIVERS)}")
         return scanner
+
+    @field_validator("capture", mode="before")
+    @classmethod
+    def _of_the_driver(cls, capture: Any, info: ValidationInfo) -> Any:
+        if "scanner" not in info.data or not isinstance(capture, Mapping | CaptureSettings):
+            return CaptureSettings() if "scanner" not in info.data else capture  # its own mistake is reported
+        settings = settings_of(info.data["scanner"])
+        try:
+            return settings.of(capture if isinstance(capture, Mapping) else vars(capture))
+        except SettingsError as error:
+            raise SettingsError(f"capture.{error}", error.hint) from error
 
 
 def load_config(path: Path) -> StationConfig:
@@ -114,7 +125,7 @@ def load_config(path: Path) -> StationConfig:
     try:
         return build_model(StationConfig, table, name=lambda key: f"{path}: {key}", hint=COMPARE)
     except SettingsError as error:
-        raise UsageError(f"{path}: capture.{error}", error.hint) from error
+        raise UsageError(f"{path}: {error}", error.hint) from error
 
 
 def not_there(what: str, name: str, shipped: Path) -> UsageError:

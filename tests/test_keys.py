@@ -8,7 +8,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from drivers import CaptureSettings
+from drivers.vivid900.settings import VividSettings
 from oracles import ROOT
 from oracles.keys import GENERIC, KEYS, OPEN, keys_of, type_of
 from oracles.reference import PAGE, QUALITY, quality_measures, reference
@@ -68,7 +68,7 @@ def test_every_field_that_can_be_set_is_in_the_table(model):
 
 
 def test_every_setting_of_a_capture_is_in_the_table():
-    assert {one.name for one in fields(CaptureSettings)} <= set(KEYS)
+    assert {one.name for one in fields(VividSettings)} <= set(KEYS)
 
 
 @pytest.mark.parametrize("name", KEYS)

@@ -95,7 +95,6 @@ def write_capture(path: Path) -> None:
     """Write a capture of the bus while the simulated Vivid 900 scans, up to the first images."""
     import usb.core
 
-    from drivers.scanner import CaptureSettings
     from drivers.scsi.usb import UsbBulkOnly
     from drivers.simulated.device.clock import VirtualClock
     from drivers.simulated.device.device import Lens, SimulatedDevice
@@ -103,6 +102,7 @@ def write_capture(path: Path) -> None:
     from drivers.vivid900.connecting import calibrations
     from drivers.vivid900.link import Link
     from drivers.vivid900.profile.profile import SIMULATED, load_profile
+    from drivers.vivid900.settings import VividSettings
     from oracles.simulation.buses.capture import TappedBridge, write_capture
     from oracles.simulation.plate import PlateSensor
 
@@ -110,7 +110,7 @@ def write_capture(path: Path) -> None:
     bridge = TappedBridge(SimulatedDevice(Lens("MIDDLE", 1, PlateSensor()), profile, clock))
     transport = UsbBulkOnly(usb.core.find(backend=bridge), target=5)
     with Vivid900(Link(transport, None, clock, clock.sleep), profile, calibrations(None)) as scanner:
-        scanner.capture(CaptureSettings(mode="fast"))
+        scanner.capture(VividSettings(mode="fast"))
     with path.open("wb") as file:
         write_capture(file, bridge.urbs[:60])  # the images behind are as long as a thousand files
 

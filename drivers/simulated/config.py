@@ -8,12 +8,13 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from drivers.scanner import MAX_DISTANCE_MM, MIN_DISTANCE_MM, SettingsError
+from drivers.scanner import SettingsError
 from drivers.simulated.scene.artwork import ARTWORK, Artwork
 from drivers.simulated.scene.light import DESK_LIGHT, Light
 from drivers.simulated.scene.scene import Axle, Pose, Table
 from drivers.simulated.scene.sheets import SHEETS, Sheet
 from drivers.vivid900.profile.profile import SIMULATED
+from drivers.vivid900.settings import MAX_DISTANCE_MM, MIN_DISTANCE_MM
 
 Side = Annotated[float, Field(ge=20, le=1200)]  # the widest lens sees 1196 mm at its farthest (hardware manual p. 56)
 Part = TypeVar("Part")

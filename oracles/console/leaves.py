@@ -18,9 +18,9 @@ from typing import Any
 import cv2
 import numpy as np
 
-from drivers import CaptureSettings
 from drivers.simulated import Text
 from drivers.simulated.imaging.shot import printed
+from drivers.vivid900.settings import VividSettings
 from restore import RangeScan
 from station.config import StationConfig
 from station.console.serving import Address, serve
@@ -45,7 +45,7 @@ class LeafScanner:
     def __init__(self, folder: Path, wait: Callable[[float], Any], laser_s: float) -> None:
         self._next, self._wait, self._laser_s = folder / NEXT, wait, laser_s
 
-    def capture(self, settings: CaptureSettings, progress: Callable[[str, float], None]) -> RangeScan:
+    def capture(self, settings: VividSettings, progress: Callable[[str, float], None]) -> RangeScan:
         """The next leaf; a preview, which is FAST, leaves it where it is."""
         number = int(self._next.read_text()) if self._next.exists() else 0
         for done in (0.0, 0.5):

@@ -11,8 +11,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from drivers import CaptureSettings, open_scanner
+from drivers import open_scanner
 from drivers.scanner import Progress
+from drivers.vivid900.settings import VividSettings
 from restore import RangeScan
 from station.config import StationConfig
 from station.console.serving import Address, serve
@@ -34,7 +35,7 @@ class VolumeScanner:
         with open_scanner(TABLE) as scanner:
             self.identity = str(getattr(scanner, "identity", TABLE["driver"]))
 
-    def capture(self, settings: CaptureSettings, progress: Progress = lambda _step, _done: None) -> RangeScan:
+    def capture(self, settings: VividSettings, progress: Progress = lambda _step, _done: None) -> RangeScan:
         """The page that lies open; a preview, which is FAST, turns no leaf."""
         number = int(self._next.read_text()) if self._next.exists() else 0
         if settings.mode == "fine":

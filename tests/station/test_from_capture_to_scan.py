@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.scanner import CaptureSettings, ScannerError
+from drivers.scanner import ScannerError
 from drivers.scsi.in_process import InProcess
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
@@ -24,12 +24,13 @@ from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import load_profile
+from drivers.vivid900.settings import VividSettings
 from oracles.simulation.plate import PlateSensor
 from restore import load_scan
 from station.cli import main
 from tests.drivers.trace.by_hand import Listener, write
 
-SHOT = CaptureSettings(mode="fast", distance_mm=900, laser_power=60)
+SHOT = VividSettings(mode="fast", distance_mm=900, laser_power=60)
 FIELD = re.compile(r"^(\w+) \(.*\) sent: (\w+) = (\{.*\})$", re.MULTILINE)
 
 
@@ -41,7 +42,7 @@ class Ticking(VirtualClock):
         return super().__call__()
 
 
-def vendor_session(variant: str, *shots: CaptureSettings):
+def vendor_session(variant: str, *shots: VividSettings):
     """What the vendor's program says to the scanner, with its true profile."""
     clock, profile = VirtualClock(), load_profile(f"variants/{variant}")
     listener = Listener(SimulatedDevice(Lens("MIDDLE", 14, PlateSensor()), profile, clock))
@@ -103,7 +104,7 @@ def fill_in(draft: Path, line: str, text: str) -> None:
 def test_from_captures_to_the_first_scan(variant, link_type, scanner, planish, tmp_path):
     # 1. Captures: both modes, three distances, three powers of the laser; one setting differs at a time.
     def captured(name: str, **changes) -> str:
-        shots = [CaptureSettings(**{**vars(SHOT), **changes, "mode": mode}) for mode in changes.pop("modes", ("fast",))]
+        shots = [VividSettings(**{**vars(SHOT), **changes, "mode": mode}) for mode in changes.pop("modes", ("fast",))]
         return str(write(tmp_path / f"{name}.pcapng", vendor_session(variant, *shots), link_type))
 
     both = captured("both", modes=("fine", "fast"))

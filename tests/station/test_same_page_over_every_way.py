@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import usb.core
 
-from drivers.scanner import CaptureSettings
 from drivers.scsi.in_process import InProcess
 from drivers.scsi.replay import Recorder, load_replay
 from drivers.scsi.transport import Transport
@@ -24,12 +23,13 @@ from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
+from drivers.vivid900.settings import VividSettings
 from oracles.simulation.buses.sg_node import SimulatedSgNode
 from oracles.simulation.buses.usb_bridge import SimulatedBridge
 from restore import RangeScan, Settings, restore
 from station.images.png import encode_png
 
-SHOT = CaptureSettings(mode="fast", distance_mm=900.0, laser_power=60, gain=0)  # one shot, without a preview
+SHOT = VividSettings(mode="fast", distance_mm=900.0, laser_power=60, gain=0)  # one shot, without a preview
 COARSE = Settings(points=100, dpi=40)
 NOON = datetime(2025, 1, 1, 12, tzinfo=UTC)
 

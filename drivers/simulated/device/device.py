@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from drivers.scanner import MAX_DISTANCE_MM, MIN_DISTANCE_MM, ScannerError, TransportError
+from drivers.scanner import ScannerError, TransportError
 from drivers.scsi import commands as scsi
 from drivers.scsi.commands import Identity
 from drivers.scsi.sense import Key, Sense
@@ -23,6 +23,7 @@ from drivers.vivid900.capture.body import RANGE_MODES
 from drivers.vivid900.profile import commands
 from drivers.vivid900.profile.commands import RANGES, Parameters, State, Status
 from drivers.vivid900.profile.profile import Profile
+from drivers.vivid900.settings import MAX_DISTANCE_MM, MIN_DISTANCE_MM
 
 SELF_TEST_S = 10.0  # after power-on and after a change of the lens (p. 13, p. 27)
 MOTOR_S = 1.0  # between FINE and FAST a motor turns first (p. 31); how long is not said

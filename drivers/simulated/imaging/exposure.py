@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from drivers.scanner import MAX_GAIN, MAX_LASER_POWER
 from drivers.vivid900.geometry.lenses import REFERENCE_MM
+from drivers.vivid900.settings import MAX_GAIN, MAX_LASER_POWER
 
 PAPER_POWER = 30.0  # laser power for white paper at REFERENCE_MM; operators report 23 for a bright plate
 GAIN_STEP = 2**0.5  # brightness from one CCD gain to the next; the manual names the steps, not their size

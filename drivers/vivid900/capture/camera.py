@@ -15,7 +15,7 @@ import numpy as np
 
 from drivers.safety.device_context import DeviceContext
 from drivers.safety.parking import run_parked
-from drivers.scanner import CAPTURE_S, LASER_MAY_BE_ON, CaptureSettings, Progress, ScannerError, TransportError
+from drivers.scanner import LASER_MAY_BE_ON, Progress, ScannerError, TransportError
 from drivers.scsi.commands import Identity
 from drivers.scsi.errors import BadReply
 from drivers.vivid900.capture import merge
@@ -29,10 +29,12 @@ from drivers.vivid900.geometry.triangulation import points_of
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.commands import Parameters, ShotMode, State, Status
 from drivers.vivid900.profile.profile import Profile
+from drivers.vivid900.settings import VividSettings
 from restore.scan import Bytes, Floats, RangeScan
 
 # Parking waits for the end of a shot, 5 s at most; a parameter block takes milliseconds.
 PARK_S, PARK_COMMAND_S = 12.0, 3.0
+CAPTURE_S = 120.0  # deadline: a FINE shot takes 5 s, three attempts with their longest waits about a minute
 ATTEMPTS = 3  # a capture that failed by a reset or a damaged block is repeated twice
 Result = TypeVar("Result")
 CalibrationOf = Callable[[Status], Calibration]
@@ -96,7 +98,7 @@ class Vivid900(DeviceContext):
         except ScannerError:
             return "off"
 
-    def capture(self, settings: CaptureSettings, progress: Progress = _silent) -> RangeScan:
+    def capture(self, settings: VividSettings, progress: Progress = _silent) -> RangeScan:
         """Focus, take the shots and return the range grid with its colour image.
 
         Returns points (rows, cols, 3) mm with texture (480, 640, 3) uint8 RGB. Raises SettingsError, DeviceError or
@@ -104,9 +106,9 @@ class Vivid900(DeviceContext):
         """
         return self._attempt(lambda body: self._capture(body, settings), progress, capture_limit_s(settings))
 
-    def preview(self, settings: CaptureSettings, progress: Progress = _silent) -> RangeScan:
+    def preview(self, settings: VividSettings, progress: Progress = _silent) -> RangeScan:
         """One FAST shot with the focus and exposure that `capture` would choose."""
-        return self.capture(replace(settings, mode="fast", average=1, multi_depth=False), progress)
+        return self.capture(settings.preview(), progress)
 
     def photograph(self, mode: ShotMode = ShotMode.COLOUR_8, progress: Progress = _silent) -> Samples:
         """A colour image without a range image and without laser. Raises as `capture` does.
@@ -157,7 +159,7 @@ class Vivid900(DeviceContext):
 
         return run_parked(attempt, [self._laser_off, *self._park])
 
-    def _capture(self, body: Body, settings: CaptureSettings) -> RangeScan:
+    def _capture(self, body: Body, settings: VividSettings) -> RangeScan:
         status = body.wait_ready()
         calibration = self._calibration_of(status)
         parameters = choose_parameters(body, settings, calibration)
@@ -181,7 +183,7 @@ class Vivid900(DeviceContext):
 
     def _provenance(
         self,
-        settings: CaptureSettings,
+        settings: VividSettings,
         parameters: Parameters,
         status: Status,
         calibration: Calibration,
@@ -206,7 +208,7 @@ class Vivid900(DeviceContext):
         }
 
 
-def capture_limit_s(settings: CaptureSettings) -> float:
+def capture_limit_s(settings: VividSettings) -> float:
     """Return the deadline of a capture, seconds.
 
     It is the settings', or CAPTURE_S, or twice the time of many shots.

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from drivers.scanner import MAX_DISTANCE_MM, MAX_GAIN, MAX_LASER_POWER, MIN_DISTANCE_MM
 from drivers.vivid900.profile.commands import Parameters
+from drivers.vivid900.settings import MAX_DISTANCE_MM, MAX_GAIN, MAX_LASER_POWER, MIN_DISTANCE_MM
 from restore.scan import Bytes, Floats
 
 PAPER_LEVEL = 64  # intensity of white paper, of 255: two stops below saturation, as headroom for gloss

@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from drivers.scanner import MAX_DISTANCE_MM, MIN_DISTANCE_MM
 from drivers.vivid900.geometry.calibration import Calibration
 from drivers.vivid900.geometry.lenses import LENSES, Lens, Mode, depth_window
+from drivers.vivid900.settings import MAX_DISTANCE_MM, MIN_DISTANCE_MM
 from restore.scan import Floats
 
 # A sample farther than this from the median over the shots is an outlier (mixed from two surfaces): six times the noise

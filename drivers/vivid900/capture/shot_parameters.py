@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from drivers.scanner import CaptureSettings, SettingsError
+from drivers.scanner import SettingsError
 from drivers.vivid900.capture import exposure
 from drivers.vivid900.capture.body import Body
 from drivers.vivid900.capture.pitch import Pitch
@@ -17,6 +17,7 @@ from drivers.vivid900.geometry.lenses import FAST, LENSES, depth_window
 from drivers.vivid900.geometry.triangulation import points_of
 from drivers.vivid900.profile.commands import Parameters, ShotMode
 from drivers.vivid900.profile.profile import Profile
+from drivers.vivid900.settings import VividSettings
 from restore.scan import Bytes, Floats
 
 LOW_CONTRAST = "AF ERROR LOW CONTRAST"
@@ -27,7 +28,7 @@ MAX_PREVIEWS = 4  # three stops each: enough from the weakest laser to the stron
 REFOCUS_SHARE = 0.125  # fraction of the depth window that the page may be off centre before the shot is refocused
 
 
-def choose_parameters(body: Body, settings: CaptureSettings, calibration: Calibration) -> Parameters:
+def choose_parameters(body: Body, settings: VividSettings, calibration: Calibration) -> Parameters:
     """Parameters of the shots that the settings ask for.
 
     Raises PanelError when autofocus fails, SettingsError for what the profile's scanner cannot find or set by itself.
@@ -39,7 +40,7 @@ def choose_parameters(body: Body, settings: CaptureSettings, calibration: Calibr
     return replace(parameters, mode=SHOT_MODES[settings.mode], auto_read=0)
 
 
-def _require_settings(profile: Profile, settings: CaptureSettings) -> None:
+def _require_settings(profile: Profile, settings: VividSettings) -> None:
     """Raise SettingsError for settings that the profile cannot carry out.
 
     It cannot write a given one, or cannot do without a missing one.
@@ -55,7 +56,7 @@ def _require_settings(profile: Profile, settings: CaptureSettings) -> None:
         raise SettingsError("the command profile has no autofocus", "set distance_mm in [capture]")
 
 
-def _focused(body: Body, settings: CaptureSettings) -> Parameters:
+def _focused(body: Body, settings: VividSettings) -> Parameters:
     """Focus as the settings need it and the profile allows.
 
     Laser and distance that are not found stay as they are.
@@ -75,7 +76,7 @@ def _focused(body: Body, settings: CaptureSettings) -> Parameters:
         return body.autofocus("active")
 
 
-def _with_settings(parameters: Parameters, settings: CaptureSettings) -> Parameters:
+def _with_settings(parameters: Parameters, settings: VividSettings) -> Parameters:
     """The parameters with the values that the settings fix."""
     distance = parameters.distance_mm if settings.distance_mm is None else round(settings.distance_mm)
     power = parameters.laser_power or START_POWER if settings.laser_power is None else settings.laser_power
@@ -84,7 +85,7 @@ def _with_settings(parameters: Parameters, settings: CaptureSettings) -> Paramet
 
 
 def _adjusted_by_previews(
-    body: Body, parameters: Parameters, settings: CaptureSettings, calibration: Calibration
+    body: Body, parameters: Parameters, settings: VividSettings, calibration: Calibration
 ) -> Parameters:
     """Adjust parameters by previews.
 

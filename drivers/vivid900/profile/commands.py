@@ -11,10 +11,11 @@ from dataclasses import dataclass, field, fields
 from enum import IntEnum
 from typing import Any, Literal
 
-from drivers.scanner import MAX_DISTANCE_MM, MAX_GAIN, MAX_LASER_POWER, MIN_DISTANCE_MM, SettingsError
+from drivers.scanner import SettingsError
 from drivers.scsi.errors import BadReply
 from drivers.vivid900.profile.contents import CommandName
 from drivers.vivid900.profile.profile import Profile
+from drivers.vivid900.settings import MAX_DISTANCE_MM, MAX_GAIN, MAX_LASER_POWER, MIN_DISTANCE_MM
 
 State = Literal["warming-up", "barrier-closed", "ready", "busy", "data"]
 Focus = Literal["passive", "active"]

@@ -118,10 +118,9 @@ class ScannerOwner:
         self._thread.submit(self._turn, place).result()
 
     def preview(self, place: Place) -> Future[RangeScan]:
-        """One FAST shot of a place, with the focus and the exposure of a capture."""
-        fast = replace(self.settings, mode="fast", average=1, multi_depth=False)
+        """One quick shot of a place."""
         self._thread.submit(self._turn, place)
-        return self._thread.submit(self._capture, fast)
+        return self._thread.submit(self._capture, self.settings.preview())
 
     def cancel(self) -> None:
         """Let a shot end at its next step, with an error."""
@@ -146,8 +145,8 @@ class ScannerOwner:
             "name": shown.name,
             "driver": None if config is None else config.scanner["driver"],
             "lens": shown.lens,
-            "mode": settings.mode,
-            "distance_mm": shown.distance_mm or settings.distance_mm,
+            "mode": getattr(settings, "mode", None),
+            "distance_mm": shown.distance_mm or getattr(settings, "distance_mm", None),
             "laser": shown.laser,
             "busy": shown.busy,
             "step": shown.step,

@@ -7,13 +7,12 @@ and so that it holds at the next opening.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any, get_args
 
 from pydantic import ValidationError
 
 from drivers import CaptureSettings, SettingsError
-from drivers.scanner import MAX_AVERAGE, MAX_DISTANCE_MM, MAX_GAIN, MAX_LASER_POWER, MIN_DISTANCE_MM
 from restore import Settings
 from station.console.faults import ConsoleFault
 from station.session import VOLUME, Session
@@ -26,15 +25,6 @@ CAPTURE, RESTORE, VERDICT = "capture", "restore", "verdict"
 STORED = {CAPTURE: "capture", RESTORE: "settings", VERDICT: "thresholds"}  # names of the groups in the decision
 Changes = dict[str, dict[str, Any]]
 
-# name → kind, unit, least, most, choices, whether null is a value, what it is.
-CAPTURE_FIELDS: Mapping[str, tuple[str, str, float | None, float | None, list[str] | None, bool, str]] = {
-    "mode": ("choice", "", None, None, ["fine", "fast"], False, "640 × 480 samples in 2.5 s, or 320 × 240 in 0.3 s"),
-    "distance_mm": ("number", "mm", MIN_DISTANCE_MM, MAX_DISTANCE_MM, None, True, "lens to page; empty: autofocus"),
-    "laser_power": ("integer", "", 1, MAX_LASER_POWER, None, True, "empty: the scanner chooses"),
-    "gain": ("integer", "", 0, MAX_GAIN, None, True, "gain of the sensor; empty: the scanner chooses"),
-    "average": ("integer", "", 1, MAX_AVERAGE, None, False, "captures that are averaged"),
-    "multi_depth": ("flag", "", None, None, None, False, "further captures where the page exceeds the depth window"),
-}
 RESTORE_UNITS = {"dpi": "dpi", "inpaint_mm": "mm"}
 
 
@@ -88,10 +78,21 @@ def groups(configured: CaptureSettings, base: Preset | None, changes: Changes) -
 
 
 def _capture(configured: CaptureSettings, changes: Mapping[str, Any]) -> list[dict[str, Any]]:
-    values = asdict(configured)
     return [
-        _setting(CAPTURE, name, kind, values[name], changes, unit, low, high, choices, optional, text)
-        for name, (kind, unit, low, high, choices, optional, text) in CAPTURE_FIELDS.items()
+        _setting(
+            CAPTURE,
+            one.name,
+            one.kind,
+            getattr(configured, one.name),
+            changes,
+            one.unit,
+            one.low,
+            one.high,
+            list(one.choices) or None,
+            one.optional,
+            one.text,
+        )
+        for one in configured.declared()
     ]
 
 
@@ -161,7 +162,6 @@ def _check(key: str, changes: Changes, configured: CaptureSettings, base: Preset
     group, _, name = key.partition(".")
     try:
         if group == CAPTURE:
-            _check_kind(name, changes[CAPTURE].get(name))
             capture_settings(configured, changes)
         elif base is not None:
             thresholds = changed_preset(base, as_decision(changes)).thresholds
@@ -173,17 +173,6 @@ def _check(key: str, changes: Changes, configured: CaptureSettings, base: Preset
         raise _invalid(key, error.errors()[0]["msg"]) from error
     except (TypeError, ValueError) as error:
         raise _invalid(key, str(error)) from error
-
-
-def _check_kind(name: str, value: Any) -> None:
-    """Raise TypeError for a value of another type.
-
-    The dataclass of the capture takes any.
-    """
-    kinds: dict[str, tuple[type, ...]] = {"choice": (str,), "number": (int, float), "integer": (int,), "flag": (bool,)}
-    kind = CAPTURE_FIELDS[name][0]
-    if value is not None and (not isinstance(value, kinds[kind]) or (isinstance(value, bool) and kind != "flag")):
-        raise TypeError(f"{value!r} is not of the kind {kind}")
 
 
 def _invalid(key: str, text: str) -> ConsoleFault:

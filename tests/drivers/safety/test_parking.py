@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from drivers import CaptureSettings
 from drivers.safety import parking
 from drivers.safety.parking import run_parked
 from drivers.safety.signals import ENDING_SIGNALS, SignalGuard
@@ -22,9 +21,10 @@ from drivers.vivid900.capture.camera import PARK_COMMAND_S, PARK_S, Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.errors import HardwareFault
 from drivers.vivid900.profile.commands import ShotMode
+from drivers.vivid900.settings import VividSettings
 from oracles.ways_out import Ended, ending_handlers
 
-SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
+SET = VividSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
 FOLLOWING_LINES = 40  # of the program after the end of the work: beyond the last of parking
 INTERRUPTIONS = [*((signal.SIGINT, times) for times in range(1, 6)), (signal.SIGTERM, 3), (signal.SIGHUP, 5)]
 

@@ -6,12 +6,13 @@ from typing import Any
 
 import pytest
 
-from drivers import CaptureSettings, SettingsError, Turner, open_scanner
+from drivers import SettingsError, Turner, open_scanner
 from drivers.simulated import rig
 from drivers.simulated.book import DEFOCUSED_PX, LeavesSensor, presented
 from drivers.simulated.config import OpeningConfig
 from drivers.simulated.imaging.colour import BLUR_PX
 from drivers.vivid900.geometry.lenses import FAST
+from drivers.vivid900.settings import VividSettings
 
 TEXT, MAP = OpeningConfig(artwork="text"), OpeningConfig(artwork="engraving")
 NOT_TURNED = OpeningConfig(artwork="figure", first_shot="not turned")
@@ -67,7 +68,7 @@ def test_only_a_scanner_before_a_book_turns_leaves():
 
 
 def test_the_scanner_shows_the_leaf_to_which_it_was_turned():
-    fast, heights = CaptureSettings(mode="fast", distance_mm=900), []
+    fast, heights = VividSettings(mode="fast", distance_mm=900), []
     with open_scanner(table("text", "white")) as book:
         for opening in (1, 0):
             book.turn_to(opening, 0)

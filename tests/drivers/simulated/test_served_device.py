@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers import CaptureSettings, open_scanner
+from drivers import open_scanner
 from drivers.scanner import TransportError
 from drivers.scsi.tcp import TcpDevice
 from drivers.scsi.transport import CHECK_CONDITION
@@ -27,11 +27,12 @@ from drivers.vivid900.config import Socket
 from drivers.vivid900.connecting import open_transport
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
+from drivers.vivid900.settings import VividSettings
 from oracles.served_device import served
 from oracles.simulation.plate import PlateSensor
 from station.storage.folder_lock import WORK
 
-SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
+SET = VividSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
 CONFIG = '[scanner]\ndriver = "simulated"\n[scanner.scene]\nsheet = "flat"\nartwork = "white"\ntable = "none"\n'
 WORKER = """
 [scanner]

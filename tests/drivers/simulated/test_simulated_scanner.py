@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers import CaptureSettings, SettingsError, open_scanner
+from drivers import SettingsError, open_scanner
 from drivers.scanner import TransportError
 from drivers.simulated.imaging.exposure import GAIN_STEP, exposure_for_paper, relative_exposure
 from drivers.simulated.imaging.shot import Truth
@@ -22,11 +22,12 @@ from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.errors import NothingMeasured
 from drivers.vivid900.geometry.calibration import encode_calibration, nominal
 from drivers.vivid900.geometry.lenses import LENSES, MODES
+from drivers.vivid900.settings import VividSettings
 from restore.scan import RangeScan
 from restore.texture.super_resolution import MIN_SHOTS, registration, super_resolve
 
 NOON = datetime(2024, 5, 17, 12, 0, tzinfo=UTC)
-FAST = CaptureSettings(mode="fast")
+FAST = VividSettings(mode="fast")
 PLACE_PX = 0.05  # two pictures with noise are laid on each other to a few hundredths
 HALF = 0.05  # of a quotient of two spreads from tens of thousands of samples, and of strays left out
 STATION = """
@@ -133,7 +134,7 @@ def test_a_closed_scanner_shoots_no_more() -> None:
 
 def test_focus_elsewhere_finds_nothing() -> None:
     with pytest.raises(NothingMeasured):
-        connect(small()).capture(CaptureSettings(mode="fast", distance_mm=600))
+        connect(small()).capture(VividSettings(mode="fast", distance_mm=600))
 
 
 @pytest.mark.parametrize("distance", [500.0, 900.0, 2500.0])
@@ -146,11 +147,11 @@ def test_the_device_chooses_what_suits_white_paper(distance: float) -> None:
 
 @pytest.mark.slow
 def test_laser_and_gain_are_obeyed() -> None:
-    dim = connect(small()).capture(CaptureSettings(mode="fast", laser_power=1, gain=0))
+    dim = connect(small()).capture(VividSettings(mode="fast", laser_power=1, gain=0))
     assert dim.measured.mean() < 0.05
     assert (dim.provenance["laser_power"], dim.provenance["gain"]) == (1, 0)
     with pytest.raises(NothingMeasured):  # everything is overexposed
-        connect(small()).capture(CaptureSettings(mode="fast", laser_power=255, gain=7))
+        connect(small()).capture(VividSettings(mode="fast", laser_power=255, gain=7))
 
 
 @pytest.mark.parametrize(

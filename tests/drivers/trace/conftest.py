@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 import usb.core
 
-from drivers.scanner import CaptureSettings
 from drivers.scsi.usb import UsbBulkOnly
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
@@ -16,6 +15,7 @@ from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import SIMULATED, Profile, load_profile
+from drivers.vivid900.settings import VividSettings
 from oracles.simulation.buses.capture import TappedBridge, Urb, write_capture
 from oracles.simulation.buses.usb_bridge import SimulatedBridge
 from oracles.simulation.plate import PlateSensor
@@ -27,7 +27,7 @@ def profile() -> Profile:
     return load_profile(SIMULATED)
 
 
-def scan_through(bridge_kind, profile: Profile, settings: CaptureSettings) -> tuple[RangeScan, SimulatedBridge]:
+def scan_through(bridge_kind, profile: Profile, settings: VividSettings) -> tuple[RangeScan, SimulatedBridge]:
     clock = VirtualClock()
     bridge = bridge_kind(SimulatedDevice(Lens("MIDDLE", 1, PlateSensor()), load_profile(SIMULATED), clock))
     transport = UsbBulkOnly(usb.core.find(backend=bridge), target=5)
@@ -38,7 +38,7 @@ def scan_through(bridge_kind, profile: Profile, settings: CaptureSettings) -> tu
 @pytest.fixture(scope="session")
 def urbs(profile) -> list[Urb]:
     """Every transfer of connecting, one FAST shot and letting go."""
-    return scan_through(TappedBridge, profile, CaptureSettings(mode="fast"))[1].urbs
+    return scan_through(TappedBridge, profile, VividSettings(mode="fast"))[1].urbs
 
 
 @pytest.fixture(scope="session")

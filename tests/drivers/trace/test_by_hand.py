@@ -7,7 +7,6 @@ import tomllib
 
 import pytest
 
-from drivers.scanner import CaptureSettings
 from drivers.scsi.in_process import InProcess
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
@@ -22,10 +21,11 @@ from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import PROFILES, load_profile, parse_profile
+from drivers.vivid900.settings import VividSettings
 from oracles.simulation.plate import PlateSensor
 from tests.drivers.trace.by_hand import RECORDS, Listener, Said, write
 
-SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68)
+SET = VividSettings(mode="fast", distance_mm=900, laser_power=68)
 LINK_TYPES = sorted(RECORDS)
 # Without offsets, little-endian, with data for the release, under one operation code, at odd sizes.
 UNLIKE = (
@@ -41,7 +41,7 @@ UNLIKE = (
 )
 
 
-def session(variant: str, *settings: CaptureSettings, sensor=None) -> list[Said]:
+def session(variant: str, *settings: VividSettings, sensor=None) -> list[Said]:
     """What a program that knows the variant says to a scanner of it."""
     clock, profile = VirtualClock(), load_profile(f"variants/{variant}")
     listener = Listener(SimulatedDevice(Lens("MIDDLE", 14, sensor or PlateSensor()), profile, clock))
@@ -125,7 +125,7 @@ def three(variant, name, values, tmp_path):
     settings = {"distance_mm": 900, "laser_power": 68}
     captures = []
     for value in values:
-        one = CaptureSettings(mode="fast", **{**settings, name: value})
+        one = VividSettings(mode="fast", **{**settings, name: value})
         sensor = PlateSensor(distance_mm=one.distance_mm)
         captures.append(exchanges_of(session(variant, one, sensor=sensor), tmp_path / f"{value}.pcapng"))
     return captures
@@ -148,7 +148,7 @@ def test_the_field_of_a_setting_is_found(variant, name, values, tmp_path):
 def test_a_field_of_bits_is_found(tmp_path):
     captures = []
     for value in (0, 1, 3):
-        one = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=value)
+        one = VividSettings(mode="fast", distance_mm=900, laser_power=68, gain=value)
         captures.append(exchanges_of(session("bit-fields", one), tmp_path / f"{value}.pcapng"))
     lines = list(list_field(captures, "gain", (0, 1, 3)))
     assert any("write_parameters" in line and "{ at = 3, low_bit = 4, bits = 3 }" in line for line in lines)

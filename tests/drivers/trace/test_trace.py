@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from drivers.scanner import CaptureSettings, SettingsError
+from drivers.scanner import SettingsError
 from drivers.scsi.bulk_only import CommandWrapper, StatusWrapper, build_command, build_status
 from drivers.scsi.sense import Key, Sense
 from drivers.trace import CaptureError
@@ -25,6 +25,7 @@ from drivers.trace.roles import guess_roles
 from drivers.vivid900.profile.commands import parse_command
 from drivers.vivid900.profile.profile import PROFILES, SIMULATED, parse_profile
 from drivers.vivid900.profile.template import Template
+from drivers.vivid900.settings import VividSettings
 from oracles.simulation.buses.capture import RECORDS, Urb, write_capture
 from oracles.simulation.buses.usb_descriptors import BULK_IN, BULK_OUT
 
@@ -103,8 +104,8 @@ def test_a_draft_that_was_completed_drives_the_scanner(exchanges, profile, scan_
     drafted = tomllib.loads(draft_profile(exchanges, name="x"))
     completed = {**known, **{key: drafted[key] for key in ("name", "about", "chunk_bytes", "firmware")}}
     completed["commands"] = {**known["commands"], **drafted["commands"]}
-    mine = scan_with(parse_profile(completed), CaptureSettings(mode="fast"))
-    theirs = scan_with(profile, CaptureSettings(mode="fast"))
+    mine = scan_with(parse_profile(completed), VividSettings(mode="fast"))
+    theirs = scan_with(profile, VividSettings(mode="fast"))
     assert np.array_equal(mine.points, theirs.points, equal_nan=True)
     assert np.array_equal(mine.texture, theirs.texture)
 

@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from drivers.scanner import CaptureSettings, DeviceError, ScannerError, TransportError
+from drivers.scanner import DeviceError, ScannerError, TransportError
 from drivers.scsi.in_process import InProcess
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
@@ -17,11 +17,12 @@ from drivers.vivid900.geometry.lenses import LENSES
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.commands import ShotMode
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
+from drivers.vivid900.settings import VividSettings
 from oracles.simulation.device_faults import FaultyDevice
 from oracles.simulation.plate import PlateSensor
 
 PROFILE = load_profile(SIMULATED).model_copy(update={"chunk_bytes": 1 << 20})
-SETTINGS = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
+SETTINGS = VividSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
 LENS_NAMES = st.sampled_from(sorted(LENSES))
 TRUE_MM = 0.02  # what rounding of the sums leaves of the plate's depth through the widest lens
 LONGEST_BEAM_S = 2.5  # a FINE sweep: then the laser is out whatever became of the driver
@@ -60,7 +61,7 @@ class Operator(RuleBasedStateMachine):
     @precondition(lambda self: self.camera)
     @rule(preview=st.booleans(), focus=st.booleans())
     def capture(self, preview: bool, focus: bool) -> None:
-        wanted = CaptureSettings(mode="fast") if focus else SETTINGS
+        wanted = VividSettings(mode="fast") if focus else SETTINGS
         try:
             scan = self.camera.preview(wanted) if preview else self.camera.capture(wanted)
         except ScannerError as error:

@@ -8,17 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.scanner import CaptureSettings, SettingsError
+from drivers.scanner import SettingsError
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.errors import BarrierClosed, HardwareFault, Interrupted, PanelError, StillBusy
 from drivers.vivid900.geometry.calibration import nominal
 from drivers.vivid900.geometry.lenses import LENSES
 from drivers.vivid900.profile.commands import ShotMode
 from drivers.vivid900.profile.profile import PROFILES, Profile, load_profile
+from drivers.vivid900.settings import VividSettings
 from restore.scan import RangeScan
 
 VARIANTS = sorted((PROFILES / "variants").glob("*.toml"))
-SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68)
+SET = VividSettings(mode="fast", distance_mm=900, laser_power=68)
 
 
 def large(path: Path | str) -> Profile:
@@ -64,10 +65,10 @@ def test_a_scanner_that_chooses_by_itself(path, make_stand) -> None:
     with stand.camera() as camera:
         if "pitch.intensity" in profile.absences:
             with pytest.raises(SettingsError, match="brightness") as refused:
-                camera.capture(CaptureSettings(mode="fast", distance_mm=900))
+                camera.capture(VividSettings(mode="fast", distance_mm=900))
             assert "laser_power" in refused.value.hint
         else:
-            assert camera.capture(CaptureSettings(mode="fast", distance_mm=900)).measured.all()
+            assert camera.capture(VividSettings(mode="fast", distance_mm=900)).measured.all()
         if {"commands.passive_autofocus", "commands.active_autofocus"} <= profile.absences.keys():
             with pytest.raises(SettingsError, match="no autofocus"):
                 camera.capture(replace(SET, distance_mm=None))

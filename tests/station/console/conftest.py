@@ -17,8 +17,8 @@ import httpx
 import numpy as np
 import pytest
 
-from drivers import CaptureSettings
 from drivers.scanner import Progress
+from drivers.vivid900.settings import VividSettings
 from restore import RangeScan
 from station.config import StationConfig
 from station.console.app import build_app
@@ -57,7 +57,7 @@ class GatedScanner:
     fault: BaseException | None = None
     laser: bool = False
     closed: int = 0
-    shots: list[CaptureSettings] = field(default_factory=list)
+    shots: list[VividSettings] = field(default_factory=list)
     places: list[tuple[int, int]] = field(default_factory=list)
     gate: threading.Event = field(default_factory=threading.Event)
     in_shot: threading.Event = field(default_factory=threading.Event)
@@ -68,7 +68,7 @@ class GatedScanner:
     def turn_to(self, opening: int, attempt: int) -> None:
         self.places.append((opening, attempt))
 
-    def capture(self, settings: CaptureSettings, progress: Progress) -> RangeScan:
+    def capture(self, settings: VividSettings, progress: Progress) -> RangeScan:
         self.shots.append(settings)
         self.laser = True
         try:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from drivers import CaptureSettings, SettingsError
+from drivers import SettingsError
 from drivers.scanner import DeviceError, TransportError
 from drivers.scsi.commands import STANDARD
 from drivers.scsi.sense import Key
@@ -16,10 +16,11 @@ from drivers.vivid900.capture.exposure import GAIN_STEP
 from drivers.vivid900.errors import BarrierClosed, NotReady, PanelError, ProfileMismatch
 from drivers.vivid900.faults import PANELS
 from drivers.vivid900.profile.commands import ShotMode, build_parameters
+from drivers.vivid900.settings import VividSettings
 from oracles.simulation.plate import PlateSensor
 
-FAST = CaptureSettings(mode="fast")
-SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
+FAST = VividSettings(mode="fast")
+SET = VividSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
 TAIL = bytes(range(1, 9))
 PITCH_MM = 0.002  # the plate at 900 mm through sums of some 770: half a count is 0.0007 frames of 3.4 mm
 

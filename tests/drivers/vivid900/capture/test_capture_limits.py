@@ -8,19 +8,20 @@ from dataclasses import replace
 
 import pytest
 
-from drivers import CaptureSettings, SettingsError
-from drivers.scanner import CAPTURE_S, MAX_AVERAGE
+from drivers import SettingsError
+from drivers.scanner import MAX_AVERAGE
 from drivers.scsi.errors import BadReply
 from drivers.vivid900.capture.body import SHOT_S
-from drivers.vivid900.capture.camera import PARK_S, capture_limit_s
+from drivers.vivid900.capture.camera import CAPTURE_S, PARK_S, capture_limit_s
 from drivers.vivid900.errors import DeadlineExceeded, Interrupted, NothingMeasured
 from drivers.vivid900.link import COMMAND_S
 from drivers.vivid900.profile.commands import ShotMode
+from drivers.vivid900.settings import VividSettings
 from oracles.faults import FaultRig, count_commands, single_faults, small_profile, without_checksums
 from oracles.simulation.device_faults import FAULTS
 from oracles.simulation.plate import PlateSensor
 
-SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
+SET = VividSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
 DAMAGING = ("corrupt", "stale", "duplicate", "lost", "short", "long", "empty")
 SAMPLES, SEED = 12, 3  # of every damaging fault at every command; the whole matrix is `python -m bench.faults`
 
@@ -64,7 +65,7 @@ def test_many_shots_have_the_time_that_they_need() -> None:
     assert capture_limit_s(replace(SET, average=MAX_AVERAGE)) > MAX_AVERAGE * SHOT_S[0]
     assert capture_limit_s(replace(SET, average=MAX_AVERAGE, deadline_s=60.0)) == 60.0
     with pytest.raises(SettingsError, match="deadline_s"):
-        CaptureSettings(deadline_s=0.5)
+        VividSettings(deadline_s=0.5)
 
 
 @pytest.mark.parametrize(
