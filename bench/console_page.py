@@ -105,8 +105,8 @@ def _first_screen(browser: Browser, address: str) -> None:
         with window(browser, address) as page:
             times.append(page.evaluate(READY))
             processor.append(_processor_s() - before)
-    told = f"{median(times):.0f} ms (best {min(times):.0f} ms)"
-    print(f"first screen ready after the server's answer: {told}; processor time {median(processor):.2f} s")
+    printed = f"{median(times):.0f} ms (best {min(times):.0f} ms)"
+    print(f"first screen ready after the server's answer: {printed}; processor time {median(processor):.2f} s")
 
 
 def _turning(page: Page) -> None:
@@ -169,8 +169,8 @@ def _shift(page: Page, what: str) -> None:
         page.evaluate(APPEARS, f"#strip-{number}")
         stored = time.perf_counter() - start
         page.evaluate(APPEARS, f"#strip-{number}[data-level]:not([data-level=''])")
-        judged = time.perf_counter() - start
-        print(f"{what} {number}: stored after {stored:.2f} s, judged {judged - stored:.2f} s later")
+        checked = time.perf_counter() - start
+        print(f"{what} {number}: stored after {stored:.2f} s, checked {checked - stored:.2f} s later")
 
 
 def _processor_s() -> float:

@@ -84,7 +84,7 @@ def _shoot(page: Page, number: int) -> None:
     page.wait_for_selector(f"#strip-{number}", timeout=WAIT_MS)
 
 
-def _judged(page: Page, number: int) -> None:
+def _checked(page: Page, number: int) -> None:
     page.wait_for_selector(f"#strip-{number}[data-level]:not([data-level='']):not([data-busy])", timeout=WAIT_MS)
     page.wait_for_selector(".light", timeout=WAIT_MS)
 
@@ -96,7 +96,7 @@ def _shift(page: Page, keep: Keep) -> None:
         if number == 1:
             page.wait_for_selector(".shot-waiting:visible", timeout=WAIT_MS)
             keep(page, "first-shot-dark")
-        _judged(page, number)
+        _checked(page, number)
         if number == PAGES:
             keep(page, "capture-dark")
         else:
@@ -110,7 +110,7 @@ def _shift(page: Page, keep: Keep) -> None:
     page.get_by_role("button", name="Preview").first.click()
     page.screenshot()  # the first one of a page takes longest
     keep(page, "preview-dark")
-    _judged(page, PAGES + 1)
+    _checked(page, PAGES + 1)
 
 
 def _page_view(page: Page, keep: Keep) -> None:
@@ -169,7 +169,7 @@ def _crash(browser: Browser, console: Console, link: str, keep: Keep) -> None:
         page.get_by_role("heading", name="Nothing is lost").wait_for(timeout=WAIT_MS)
         keep(page, "recovery-dark")
         page.get_by_role("button", name="Continue capturing").click()
-        _judged(page, PAGES + 2)
+        _checked(page, PAGES + 2)
         page.evaluate("location.hash = '#/sessions'")
         page.wait_for_selector(".session")
         keep(page, "sessions-dark")

@@ -34,11 +34,11 @@ SEED = 20  # of the page that is read
 GAP = 16  # pixels
 CAPTION_PT, WORDS_PT = 4.6, 4.2  # at 300 dpi, as typefaces are made here: 19 and 17 pixels
 GREYS = 96  # of the palette: a page of print needs no more, and the file is a third as large
-SHOWN_WORDS, SHOWN_SHARE = 75, 0.6
+SHOWN_WORDS, SHOWN_FRACTION = 75, 0.6
 # A camera with overlapping filters by warm light: what it makes of linear sRGB.
 CAMERA = np.array([[0.86, 0.14, 0.04], [0.10, 0.72, 0.08], [0.02, 0.16, 0.50]])
 SHOTS, SMALL_PT = 4, 9.0
-CUT_SHARE, CUT_ROWS = 0.04, 5  # of the height: two lines of print; rows of bare paper
+CUT_FRACTION, CUT_ROWS = 0.04, 5  # of the height: two lines of print; rows of bare paper
 
 
 def words_figure() -> Image.Image:
@@ -50,7 +50,7 @@ def words_figure() -> Image.Image:
         image, dpi = seen.images[name], seen.dpi[name]
         read = recognise(image, dpi, name=name).text
         share = f"{100 * count_matching_words(seen.text, read).precision:.0f} % of the words read right"
-        picture = resize(image[: between_lines(image, SHOWN_SHARE)], 620 / image.shape[1])
+        picture = resize(image[: between_lines(image, SHOWN_FRACTION)], 620 / image.shape[1])
         panels.append(stack([caption(f"{title}: {share}", 620), picture, draw_recognised_words(read, seen.text, 620)]))
     return side_by_side(panels)
 
@@ -89,7 +89,7 @@ def super_figure() -> Image.Image:
 
 def between_lines(image: Bytes, share: float) -> int:
     """The row next to a share of the height with the least ink round it: there a picture is cut between lines."""
-    near, reach = round(share * len(image)), round(CUT_SHARE * len(image))
+    near, reach = round(share * len(image)), round(CUT_FRACTION * len(image))
     middle = image[near - reach : near + reach, image.shape[1] // 8 : image.shape[1] // 2].mean(axis=2)
     ink = cv2.blur(middle.std(axis=1)[:, None], (1, CUT_ROWS)).ravel()
     return near - reach + int(np.argmin(ink))

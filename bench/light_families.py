@@ -29,7 +29,7 @@ from restore.texture.page import MM_PER_INCH
 from station.colour.lab import difference, lab_of_linear
 
 DPI = 100.0  # twice what the camera resolves
-BORDER_MM = 2.0  # not judged: the outline is known to a sample
+BORDER_MM = 2.0  # not measured: the outline is known to a sample
 MAY_HARM, MEDIAN = 0.3, 2.0  # ΔE: above the page with its light kept, and over all pages
 RETINEX_MM = (5.0, 20.0, 60.0)
 BACKGROUND_MM = 8.0
@@ -41,7 +41,7 @@ SHRINK = 4  # of the pixels for a surround, whose widths are twenty of them and 
 class Combination:
     """A page (h, w, 3) in some light, and the same in even light.
 
-    mask, inner (h, w): where it is, and where it is judged. relief: its shape.
+    mask, inner (h, w): where it is, and where it is measured. relief: its shape.
     cells (r, c, 3) and on_page (r, c): the page in its light painted at LIGHT_DPI.
     """
 
@@ -113,7 +113,7 @@ def retinex(page: Bytes, mask: Mask) -> Bytes:
     return np.asarray(np.where(mask[..., None], np.rint(srgb(np.exp(rest))), page).astype(np.uint8))
 
 
-def judged(one: Combination) -> tuple[tuple[float, ...], bool]:
+def measured(one: Combination) -> tuple[tuple[float, ...], bool]:
     """Mean ΔE of a page with its light kept, removed, divided by its background, and by Retinex; and whether the
     removal left the light on the page."""
     result = find_light(one.cells, one.on_page, one.relief).removed_from(one.seen, one.mask, DPI)
@@ -137,7 +137,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print(ROW.format("sheet", "print", "lamp", *COLUMNS))
     prints, errors, left = [], [], 0
     for one in combinations(seed, options.sheet or tuple(SHEETS), options.each):
-        found, as_it_was = judged(one)
+        found, as_it_was = measured(one)
         prints.append(one.names[1])
         errors.append(found)
         left += as_it_was

@@ -3,7 +3,7 @@
 The scanner's own time for a shot is that of the simulated device: focus, laser, colour image. A stand-in for the
 scanner takes that long, without computing, and gives one of a few scans that were shot beforehand. Printed are pages to
 the hour with the restorations in the background, beside what the scanner alone could do and what storing costs, and how
-long after its shot a page is judged.
+long after its shot a page is checked.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def shot(sheet: dict[str, object]) -> tuple[RangeScan, float]:
 
 def work(scans: list[RangeScan], shot_s: float, pages: int) -> tuple[list[float], list[float]]:
     """When each shot began, and seconds from the end of each to its verdict."""
-    source, started, ended, judged = cycle(scans), list[float](), list[float](), list[float]()
+    source, started, ended, checked = cycle(scans), list[float](), list[float](), list[float]()
 
     def take() -> RangeScan:
         started.append(time.perf_counter())
@@ -72,7 +72,7 @@ def work(scans: list[RangeScan], shot_s: float, pages: int) -> tuple[list[float]
 
     def show(line: str) -> None:
         if "checks" in line:
-            judged.append(time.perf_counter())
+            checked.append(time.perf_counter())
 
     with tempfile.TemporaryDirectory() as name, background(run_restore) as submit:
         settings = load_preset("leaflet").model_dump(mode="json", exclude_none=True)
@@ -81,7 +81,7 @@ def work(scans: list[RangeScan], shot_s: float, pages: int) -> tuple[list[float]
             loop = CaptureLoop(writer, take, submit, show)
             loop.inbox.put(" ")
             loop.run()
-    return started, [then - shot_end for then, shot_end in zip(judged, ended, strict=True)]
+    return started, [then - shot_end for then, shot_end in zip(checked, ended, strict=True)]
 
 
 if __name__ == "__main__":

@@ -73,7 +73,7 @@ def main(*, full: bool = False) -> list[Result]:
     print(ROW.format("sheet", "points", "noise", "method", "seconds", "rms mm", "strain", "flips", "MB"))
     results = []
     for name, mesh, truth, noise in meshes():
-        for result in judged(name, mesh, truth, noise, methods_for(len(mesh.vertices), peers, full=full)):
+        for result in compared(name, mesh, truth, noise, methods_for(len(mesh.vertices), peers, full=full)):
             results.append(result)
             print(_line(result), flush=True)
     verdicts(results)
@@ -122,7 +122,7 @@ def on_chords(mesh: SurfaceMesh) -> Floats:
     return flatten(mesh, lengths=make_network(mesh.vertices, Topology(mesh.faces)).lengths).flat
 
 
-def judged(name: str, mesh: SurfaceMesh, truth: Floats, noise: float, methods: dict[str, Method]) -> Iterator[Result]:
+def compared(name: str, mesh: SurfaceMesh, truth: Floats, noise: float, methods: dict[str, Method]) -> Iterator[Result]:
     """What every method makes of a mesh, the methods in turn in every round."""
     points, large = len(mesh.vertices), len(mesh.vertices) >= LARGE
     seconds: dict[str, list[float]] = {method: [] for method in methods}

@@ -8,7 +8,7 @@ from collections import Counter
 
 import numpy as np
 
-from oracles.outcome import MAX_STRAIN, Outcome, flatten_and_judge
+from oracles.outcome import MAX_STRAIN, Outcome, flatten_and_compare
 from oracles.random_sheets import NOISE_MM, POINTS, random_sheet
 
 COUNT = 500
@@ -19,7 +19,7 @@ def main(count: int = COUNT) -> None:
     """Print the outcome of the sheets of all seeds below `count`, kind by kind."""
     start = time.perf_counter()
     print(f"\n{count} random developable sheets, {POINTS[0]} to {POINTS[1]} points, noise up to {NOISE_MM} mm")
-    outcomes = [flatten_and_judge(random_sheet(seed)) for seed in range(count)]
+    outcomes = [flatten_and_compare(random_sheet(seed)) for seed in range(count)]
     print(
         ROW.format(
             "sheet", "count", "failed", "flipped", "overlaps", "worst strain", "above bound", "median", "worst mm"

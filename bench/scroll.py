@@ -27,7 +27,7 @@ INNER, PITCH = 200.0, 25.0  # voxels: the innermost radius, and from one winding
 HEIGHT = 500.0
 NOISE = 0.3
 JUMPS = 4
-JUMP_SHARE = (0.05, 0.15)  # of either side of the segment
+JUMP_FRACTION = (0.05, 0.15)  # of either side of the segment
 FIRST_SLIM = 5_000
 SLIM_SECONDS = 600.0
 SLIM_STEP, SLIM_STILL, SLIM_ITERATIONS = 5, 1e-3, 100  # iterations between looks, voxels rms, iterations at most
@@ -53,7 +53,7 @@ def scroll(points: int, seed: int) -> Scroll:
     x, y = np.arange(0.0, arcs[-1], step), np.arange(0.0, HEIGHT, step)
     jumped = np.zeros((len(y), len(x)), bool)
     for _ in range(JUMPS):
-        size = (rng.uniform(*JUMP_SHARE, 2) * jumped.shape).astype(int)
+        size = (rng.uniform(*JUMP_FRACTION, 2) * jumped.shape).astype(int)
         row, col = (int(rng.integers(0, whole - part)) for whole, part in zip(jumped.shape, size, strict=True))
         jumped[row : row + size[0], col : col + size[1]] = True
     angle = np.interp(x, arcs, angles)

@@ -118,7 +118,7 @@ def difference(one: Bytes, other: Bytes, where: Mask) -> Floats:
     return np.asarray(deltaE_ciede2000(*(rgb2lab(picture[where][None] / 255.0)[0] for picture in (one, other))))
 
 
-def judge(lit_case: Case) -> list[float]:
+def errors_of(lit_case: Case) -> list[float]:
     """Mean ΔE2000 on paper, then on print: with the light, without it, and of noise alone; and how far the level of the
     evened paper is off, as a share."""
     kept, mask = lit_case.page(lit_case.seen)
@@ -174,7 +174,7 @@ def lines(seed: int, kinds: Sequence[str]) -> Iterator[tuple[str, ...]]:
         for k, (kind, artwork) in enumerate(artworks.items()):
             for lamp in range(LAMPS_A_PAGE):
                 lit = lamps[(seed + number + k + lamp) % len(lamps)]
-                *six, level = judge(case(sheet, artwork, LAMPS[lit](rng)[0]))
+                *six, level = errors_of(case(sheet, artwork, LAMPS[lit](rng)[0]))
                 cells = [f"{k:5.2f} → {r:5.2f} ({n:.2f})" for k, r, n in (six[:3], six[3:])]
                 yield name, kind, lit, *cells, f"{level:+.1%}"
 

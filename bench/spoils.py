@@ -182,21 +182,21 @@ def _mirrored(view: View) -> View:
 
 def zoomed(views: Views, rng: np.random.Generator) -> Views:
     """Two photographs are zoomed, and their files say so."""
-    return _with(views, {k: _zoomed(views[k], rng, told=True) for k in (1, 3)})
+    return _with(views, {k: _zoomed(views[k], rng, is_known=True) for k in (1, 3)})
 
 
 def zoomed_unsaid(views: Views, rng: np.random.Generator) -> Views:
     """Two photographs are zoomed by the camera's software, and no file tells a focal length."""
-    changed = _with(views, {k: _zoomed(views[k], rng, told=False) for k in (1, 3)})
+    changed = _with(views, {k: _zoomed(views[k], rng, is_known=False) for k in (1, 3)})
     return [replace(view, given=replace(view.given, focal_px=None)) for view in changed]
 
 
-def _zoomed(view: View, rng: np.random.Generator, *, told: bool) -> View:
+def _zoomed(view: View, rng: np.random.Generator, *, is_known: bool) -> View:
     height, width = view.given.image.shape[:2]
     factor = rng.uniform(1.1, 1.5)
     matrix = np.array([[factor, 0, (1 - factor) * (width - 1) / 2], [0, factor, (1 - factor) * (height - 1) / 2]])
     image = cv2.warpAffine(view.given.image, matrix, (width, height), flags=cv2.INTER_CUBIC)
-    focal = view.given.focal_px * factor if told and view.given.focal_px else view.given.focal_px
+    focal = view.given.focal_px * factor if is_known and view.given.focal_px else view.given.focal_px
     given = replace(view.given, image=image, focal_px=focal)
     return replace(view, given=given, before=cv2.invertAffineTransform(matrix))
 

@@ -71,7 +71,7 @@ def main(seed: int | None, sets: int, width: int, only: Sequence[str]) -> int:
         start = time.process_time()
         views = base if kind == GOOD else KINDS[kind](base, rng)
         spoilt = time.process_time()
-        result = judged(views)
+        result = compared(views)
         totals[result.verdict] = totals.get(result.verdict, 0) + 1
         seconds = f"{spoilt - start:3.0f} + {time.process_time() - spoilt:3.0f} s"
         figures = f"{result.rms_mm:7.3f} mm {result.foreign:6.2%}" if np.isfinite(result.rms_mm) else " " * 17
@@ -84,7 +84,7 @@ def _size(width: int) -> tuple[int, int]:
     return width, width * 3 // 4
 
 
-def judged(views: Views) -> Result:
+def compared(views: Views) -> Result:
     """What comes of a set of photographs."""
     try:
         page = reconstruct_page(given(views), card=SCALE_CARD)

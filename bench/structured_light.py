@@ -48,7 +48,7 @@ def _drawn_rig(sheet: Sheet, rng: np.random.Generator, width: int) -> SimulatedR
         size=(width, width * 3 // 4),
         distance_mm=rng.uniform(600, 900),
         baseline_mm=rng.uniform(180, 300),
-        beside_deg=float(rng.choice([0.0, 90.0, 180.0])),
+        projector_deg=float(rng.choice([0.0, 90.0, 180.0])),
         view_mm=rng.uniform(380, 440),
         ambient=rng.uniform(0.02, 0.2),
         exposure=rng.uniform(0.5, 0.8),

@@ -67,9 +67,12 @@ def main() -> int:
         other = [part for part, mine, its in zip(PARTS, one.digests, first.digests, strict=True) if mine != its]
         other += [] if one.parked else ["parking"]
         wrong += bool(other)
-        told = f"not {', '.join(other)}" if other else "to the byte"
+        difference = f"not {', '.join(other)}" if other else "to the byte"
         lacks = ", ".join(name.removeprefix("commands.").removeprefix("blocks.") for name in one.profile.absences)
-        print(f"{path.stem:<18} {one.profile.integrity:<12} {one.commands:>8}  {told:<12} {lacks or '-'}", flush=True)
+        print(
+            f"{path.stem:<18} {one.profile.integrity:<12} {one.commands:>8}  {difference:<12} {lacks or '-'}",
+            flush=True,
+        )
     print(f"wrong: {wrong}")
     return 1 if wrong else 0
 

@@ -56,7 +56,7 @@ class Parcel:
     to: Path
 
     @property
-    def beside(self) -> list[Path]:
+    def companions_of_scan(self) -> list[Path]:
         """The files that belong to the scan."""
         return [path for path in self.made.parent.glob(f"{self.made.stem}.*") if path != self.made]
 
@@ -71,7 +71,7 @@ class Parcel:
 
     def companions(self) -> Steps:
         """All files but the scan, at once."""
-        for path in self.beside:
+        for path in self.companions_of_scan:
             yield 0.0, lambda path=path: self.put(path)  # type: ignore[misc]
 
 

@@ -148,7 +148,7 @@ def pictures(task: Task) -> Pictures:
     scan, truth = shoot(task.sheet, print_, seed=task.seed, pose=pose, light=light, **OPTICS)
     flat, flat_truth = shoot(Flat(), print_, seed=task.seed, **OPTICS)
     page = restore(scan, Settings(dpi=DPI, shading="remove"))
-    images = (cropped(scan, truth), page.master, page.image, laid_flat(flat, flat_truth))
+    images = (cropped(scan, truth), page.master, page.image, sampled_flat(flat, flat_truth))
     raw_dpi = LENSES[LENS].focal_px / (DISTANCE_MM + LENSES[LENS].pupil_mm) * MM_PER_INCH
     return Pictures(
         dict(zip(COLUMNS, images, strict=True)),
@@ -166,7 +166,7 @@ def cropped(scan: RangeScan, truth: Truth) -> Bytes:
     return scan.texture[top:bottom, left:right]
 
 
-def laid_flat(scan: RangeScan, truth: Truth) -> Bytes:
+def sampled_flat(scan: RangeScan, truth: Truth) -> Bytes:
     """The page as the picture shows it, by its true place, at DPI."""
     return sample(scan.texture, project(nominal(LENSES[LENS]), truth.surface(_grid(truth, DPI))).astype(np.float32))
 

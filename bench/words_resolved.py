@@ -16,7 +16,7 @@ from string import punctuation
 import numpy as np
 from rapidfuzz.distance import Levenshtein
 
-from bench.words import DPI, OPTICS, WARPS, Task, laid_flat, print_of, tasks
+from bench.words import DPI, OPTICS, WARPS, Task, print_of, sampled_flat, tasks
 from drivers.simulated import Flat, Pose, shoot
 from drivers.simulated.scene.light import Light
 from station.words.ocr_precision import count_matching_words
@@ -31,7 +31,7 @@ def measure(task: Task) -> tuple[float, float, int, int]:
     page, and how many of these for a mark of punctuation alone."""
     design = print_of(task)
     scan, truth = shoot(task.sheet, design, seed=task.seed, pose=Pose(tilt_deg=task.tilt_deg), light=EVEN, **OPTICS)
-    bent, flat = laid_flat(scan, truth), laid_flat(*shoot(Flat(), design, seed=task.seed, **OPTICS))
+    bent, flat = sampled_flat(scan, truth), sampled_flat(*shoot(Flat(), design, seed=task.seed, **OPTICS))
     printed = " ".join(word.text for word in truth.words)
     of_bent, of_flat = (recognise(page, DPI, name="page").text for page in (bent, flat))
     ours, ceiling = (count_matching_words(printed, read) for read in (of_bent, of_flat))

@@ -10,7 +10,7 @@ from drivers.simulated.config import OpeningConfig
 from drivers.simulated.scene.artwork import Facing, Word
 
 
-class Judged(NamedTuple):
+class Checked(NamedTuple):
     """What the quality check says of an opening.
 
     number  of the opening, from 1.
@@ -28,21 +28,21 @@ class Judged(NamedTuple):
 
 BOTH, WHOLE = ("left", "right"), ("page",)
 BOOK = (
-    Judged(1, "front cover, brown leather", "green, cover", "", WHOLE),
-    Judged(2, "board and flyleaf", "green, split", "", BOTH),
-    Judged(3, "blank verso and title", "green, split", "", BOTH),
-    Judged(4, "text", "green, split", "", BOTH),
-    Judged(5, "text with the gutter 9 mm off centre", "green, split", "", BOTH),
-    Judged(6, "the leaf was not turned", "red same page as 5", "green, split", BOTH),
-    Judged(7, "double-page plate", "green, whole, 4v–5r", "", WHOLE),
-    Judged(8, "out of focus, 3 px", "red focus", "green, split", BOTH),
-    Judged(9, "blank verso and text", "green, split", "", BOTH),
-    Judged(10, "single leaf, 12 mm strip of its neighbour", "green, right kept", "", ("right",)),
-    Judged(11, "lies aside, 5–9 % of the outline cut", "amber cut off", "", BOTH),
-    Judged(12, "two blank pages", 'green, split, no "same page"', "", BOTH),
-    Judged(13, "folded map", "green, whole, not split", "", WHOLE),
-    Judged(14, "flat-lying opening, walls of 8°", "amber layout, `2` splits it", "", BOTH),
-    Judged(15, "back cover", "green, cover", "", WHOLE),
+    Checked(1, "front cover, brown leather", "green, cover", "", WHOLE),
+    Checked(2, "board and flyleaf", "green, split", "", BOTH),
+    Checked(3, "blank verso and title", "green, split", "", BOTH),
+    Checked(4, "text", "green, split", "", BOTH),
+    Checked(5, "text with the gutter 9 mm off centre", "green, split", "", BOTH),
+    Checked(6, "the leaf was not turned", "red same page as 5", "green, split", BOTH),
+    Checked(7, "double-page plate", "green, whole, 4v–5r", "", WHOLE),
+    Checked(8, "out of focus, 3 px", "red focus", "green, split", BOTH),
+    Checked(9, "blank verso and text", "green, split", "", BOTH),
+    Checked(10, "single leaf, 12 mm strip of its neighbour", "green, right kept", "", ("right",)),
+    Checked(11, "lies aside, 5–9 % of the outline cut", "amber cut off", "", BOTH),
+    Checked(12, "two blank pages", 'green, split, no "same page"', "", BOTH),
+    Checked(13, "folded map", "green, whole, not split", "", WHOLE),
+    Checked(14, "flat-lying opening, walls of 8°", "amber layout, `2` splits it", "", BOTH),
+    Checked(15, "back cover", "green, cover", "", WHOLE),
 )
 TOTALS = (
     "15 openings, 17 shots: at first 11 green, 2 amber, 2 red; after the two `r` 13 green, 2 amber; "

@@ -42,7 +42,7 @@ EVENTS = "station/session/log/events.py"
 STEPS = "station/session/log/steps.py"
 PRESETS = "station/session/terms/presets.py"
 CONFIG = "station/config.py"
-JUDGE = "station/verdict/checks.py"
+CHECKS = "station/verdict/checks.py"
 VOLUME = "station/session/terms/volume.py"
 
 KEYS: Mapping[str, Key] = {
@@ -138,11 +138,11 @@ KEYS: Mapping[str, Key] = {
     "measures": Key("table", "", "measures of the quality check", MEASURED),
     **{one.name: Key("number|null|[number]", one.unit, one.definition, TABLE) for one in MEASURES.values()},
     "fingerprint": Key("text", "", "print of the page, small, to compare", MEASURED),
-    "checks": Key("[table]", "", "measures with their limits", JUDGE),
+    "checks": Key("[table]", "", "measures with their limits", CHECKS),
     "notes": Key("[table]", "", "what to know about a page that has no limits", "station/verdict/calibration_notes.py"),
-    "limits": Key("[number]", "", "amber and red limit of a measure", JUDGE),
+    "limits": Key("[number]", "", "amber and red limit of a measure", CHECKS),
     "thresholds": Key("table", "", "limits of each measure", PRESETS),
-    "level": Key("text", "", "green, amber or red", JUDGE),
+    "level": Key("text", "", "green, amber or red", CHECKS),
     # Light
     "light": Key("table", "", "illumination correction", "restore/pipeline.py"),
     "removed": Key("flag", "", "whether light and shadow were removed", LIGHT),

@@ -31,7 +31,7 @@ class Outcome:
         return not (self.failed or self.flips or self.overlaps or self.strain > MAX_STRAIN)
 
 
-def flatten_and_judge(sheet: RandomSheet) -> Outcome:
+def flatten_and_compare(sheet: RandomSheet) -> Outcome:
     """Flatten a sheet with the default settings and compare it with its flat truth."""
     try:
         page = flatten(sheet.mesh)

@@ -18,12 +18,12 @@ Severity = Literal["note", "warning", "doubt"]
 class Code(NamedTuple):
     """Entry of the table.
 
-    share_of: what a finding's `share` is a fraction of; empty where it has none.
+    fraction_of: what a finding's `share` is a fraction of; empty where it has none.
     """
 
     severity: Severity
     text: str
-    share_of: str = ""
+    fraction_of: str = ""
 
 
 NOTABLE = 0.01  # of what a finding is a share of: less is noise, specks, corners

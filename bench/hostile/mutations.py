@@ -16,8 +16,8 @@ from typing import Any
 Mutation = Callable[[bytes, Random], bytes]
 
 GROWN_BYTES = 24 * 2**20  # of a file that a mutation makes large, at most; a fifth of that on average
-GROWN_SHARE = 0.01  # of the files: large ones take a hundred times as long
-SECOND_SHARE = 0.2  # of the files have two faults: mostly one, as the rest then leads deep into the reader
+GROWN_FRACTION = 0.01  # of the files: large ones take a hundred times as long
+SECOND_FRACTION = 0.2  # of the files have two faults: mostly one, as the rest then leads deep into the reader
 WORDS = [
     b"", b"0", b"-1", b"1", b"2", b"255", b"256", b"65536", b"2147483647", b"-2147483648", b"4294967295",
     b"99999999999999999999", b"1e999", b"-1e-999", b"1e5", b"nan", b"-inf", b"0x10", b"1_0", b"1,5", b"1.2.3", b"+-1",
@@ -35,9 +35,9 @@ _WORD = re.compile(rb"[A-Za-z_]\w+")
 
 def mutate(data: bytes, kind: str, rng: Random) -> bytes:
     """The file with one fault or two, by the mutations of its kind: a key of KINDS."""
-    for _ in range(1 + (rng.random() < SECOND_SHARE)):
+    for _ in range(1 + (rng.random() < SECOND_FRACTION)):
         data = rng.choice(KINDS[kind])(data, rng) or b"\0"
-    if rng.random() < GROWN_SHARE:
+    if rng.random() < GROWN_FRACTION:
         data = _grown(data, rng)
     return data
 

@@ -58,14 +58,14 @@ def main(workers: int | None = None, only: str = "") -> int:
             points = [point for run in runs(material) if only in run.name for point in _points(run, material, scratch)]
             with get_context("fork").Pool(workers or len(os.sched_getaffinity(0))) as pool:
                 tasks = ((point, material, scratch) for point in points)
-                verdicts = list(_told(pool.imap_unordered(_judge, tasks, chunksize=20), len(points)))
+                verdicts = list(_reported(pool.imap_unordered(_check, tasks, chunksize=20), len(points)))
     _print_table(verdicts)
     failures = [verdict for verdict in verdicts if verdict.wrong]
     print(f"{len(verdicts)} points, {len(failures)} failures; {time.perf_counter() - start:.0f} s")
     return 1 if failures else 0
 
 
-def _told(verdicts: Iterable[Verdict], count: int) -> Iterator[Verdict]:
+def _reported(verdicts: Iterable[Verdict], count: int) -> Iterator[Verdict]:
     """The verdicts, with a line for every PROGRESS of them and for each that is wrong."""
     for number, verdict in enumerate(verdicts, 1):
         if verdict.wrong:
@@ -87,7 +87,7 @@ def _points(run: Run, material: Material, scratch: Path) -> list[Point]:
     return [Point(run, after, at, fault) for fault in FAULTS for at in range(1, count + 1)]
 
 
-def _judge(task: tuple[Point, Material, Path]) -> Verdict:
+def _check(task: tuple[Point, Material, Path]) -> Verdict:
     point, material, scratch = task
     folder = scratch / f"work-{os.getpid()}"
     place(point.run, material, folder)
@@ -156,8 +156,8 @@ def _print_table(verdicts: Sequence[Verdict]) -> None:
     for (run, fault), group in groups.items():
         new, wrong = sum(verdict.new for verdict in group), sum(bool(verdict.wrong) for verdict in group)
         codes = Counter(verdict.code for verdict in group)
-        told = ", ".join(f"{code}: {count}" for code, count in sorted(codes.items()))
-        print(ROW.format(run, fault, len(group), len(group) - new, new, wrong, told))
+        printed = ", ".join(f"{code}: {count}" for code, count in sorted(codes.items()))
+        print(ROW.format(run, fault, len(group), len(group) - new, new, wrong, printed))
 
 
 if __name__ == "__main__":

@@ -56,7 +56,7 @@ def main(workers: int | None = None, only: str = "", share: int = 1, fault: str 
         chosen = [step for step in STEPS if any(part in step.name for part in only.split(","))]
         tasks = [task for step in chosen for task in _tasks(step, scratch) if fault in task[2].name][::share]
         with get_context("fork").Pool(workers or len(os.sched_getaffinity(0))) as pool:
-            verdicts = pool.map(_judge, tasks, chunksize=20)
+            verdicts = pool.map(_check, tasks, chunksize=20)
     _print_table(verdicts)
     failures = [verdict for verdict in verdicts if verdict.wrong]
     for one in failures:
@@ -90,7 +90,7 @@ def _command(step: Step, folder: Path, acknowledge: Acknowledge) -> int:
     return 0
 
 
-def _judge(task: tuple[str, int, Fault, Path]) -> Verdict:
+def _check(task: tuple[str, int, Fault, Path]) -> Verdict:
     name, at, fault, scratch = task
     step = next(step for step in STEPS if step.name == name)
     folder = scratch / f"work-{os.getpid()}"
@@ -98,7 +98,7 @@ def _judge(task: tuple[str, int, Fault, Path]) -> Verdict:
     before = [event.line for event in read_session(folder / VOLUME).history.events]
     reader, writer = os.pipe()
     try:
-        code = with_fault(lambda: _command(step, folder, lambda: _tell(writer)), folder, at, fault)
+        code = with_fault(lambda: _command(step, folder, lambda: _acknowledge(writer)), folder, at, fault)
         os.close(writer)
         acknowledged = len(os.read(reader, 100))
     finally:
@@ -113,7 +113,7 @@ def _judge(task: tuple[str, int, Fault, Path]) -> Verdict:
     return Verdict(step.name, fault.name, at, code, acknowledged, found, wrong)
 
 
-def _tell(writer: int) -> None:
+def _acknowledge(writer: int) -> None:
     os.write(writer, b"+")
 
 

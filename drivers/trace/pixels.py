@@ -47,7 +47,7 @@ def pitch_packing(kind: Group) -> Packing | None:
     data = None if shape is None else _samples(kind, shape)
     if shape is None or data is None:
         return None
-    fraction, table = max(_pitch_shares(data, shape), key=lambda found: found[0], default=(0.0, {}))
+    fraction, table = max(_pitch_fractions(data, shape), key=lambda found: found[0], default=(0.0, {}))
     return (
         Packing(table, f"{fraction:.0%} of the samples are one frame below their neighbour")
         if fraction > ENOUGH
@@ -55,14 +55,14 @@ def pitch_packing(kind: Group) -> Packing | None:
     )
 
 
-def _pitch_shares(data: bytes, shape: Shape) -> Iterator[tuple[float, dict[str, Any]]]:
+def _pitch_fractions(data: bytes, shape: Shape) -> Iterator[tuple[float, dict[str, Any]]]:
     for pixel in _pixels(shape.sample):
         for order in ORDERS:
             for layout in LAYOUTS if len(pixel) > 1 else LAYOUTS[:1]:
                 channels = Raster(pixel, order=order, layout=layout).decode(data, shape.rows, shape.cols)
                 table = {"order": order, "layout": layout, "pixel": [list(channel) for channel in pixel]}
                 for fraction_bits, frames in _frames(channels):
-                    yield _share_of_steps(frames), table | fraction_bits
+                    yield _fraction_of_steps(frames), table | fraction_bits
 
 
 def _pixels(sample: int) -> Iterator[Pixel]:
@@ -92,7 +92,7 @@ def _frames(channels: dict[str, Channel]) -> Iterator[tuple[dict[str, int], Floa
         yield {}, np.divide(channels["moment"], light, out=np.full(light.shape, np.nan), where=light > 0)
 
 
-def _share_of_steps(frames: Floats) -> float:
+def _fraction_of_steps(frames: Floats) -> float:
     step = np.diff(frames, axis=0)
     pairs = np.isfinite(step)
     return float(((step > STEP[0]) & (step < STEP[1])).sum() / pairs.sum()) if pairs.any() else 0.0

@@ -123,7 +123,7 @@ def _worked(keyboard: Keyboard, number: int, is_moved: bool) -> Worked:
         keyboard.press(*(SPINE_KEYS[1:] if is_moved else ("2",)))
         keyboard.page.locator(".draft-panel li").first.wait_for()
         keyboard.press("Enter")
-        row = _judged(keyboard.page, number, row["restore"])
+        row = _checked(keyboard.page, number, row["restore"])
         keyboard.press("s")
     _wait_until_able(keyboard.page, "accept")
     keyboard.press("Enter")
@@ -138,10 +138,10 @@ def _captured(keyboard: Keyboard, number: int, key: str, action: str = "capture"
     _wait_until_able(page, action)
     before = next((row["restore"] for row in server_answer(page, "/api/pages")["pages"] if row["page"] == number), None)
     keyboard.press(key)
-    return _judged(page, number, before)
+    return _checked(page, number, before)
 
 
-def _judged(page: Page, number: int, before: int | None) -> Mapping[str, Any]:
+def _checked(page: Page, number: int, before: int | None) -> Mapping[str, Any]:
     """Return the row of a page when it is restored again and checked."""
 
     def checked() -> Mapping[str, Any] | None:

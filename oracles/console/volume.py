@@ -22,7 +22,7 @@ from station.console.state.app_state import AppState
 NEXT = "next-shot"
 LENS, DISTANCE_MM = "TELE", 900.0
 PAGE_MM = (150.0, 108.0)  # fills the picture of this lens
-BESIDE, BESIDE_MM = 2, 24.0  # which shot, and how far beside the middle its page lies: it reaches out of the picture
+SHIFTED, SHIFT_MM = 2, 24.0  # which shot, and how far beside the middle its page lies: it reaches out of the picture
 SIZES_PT = (12.0, 10.0)
 TABLE: Mapping[str, Any] = {"driver": "simulated", "lens": LENS, "distance_mm": DISTANCE_MM}
 
@@ -56,7 +56,7 @@ class VolumeScanner:
 def scene(number: int) -> dict[str, Any]:
     """The table `[scanner.scene]` of a page of the volume."""
     artwork = {"name": "text", "seed": number, "title_pt": 18.0, "sizes_pt": SIZES_PT, "margin_mm": 9.0}
-    pose = {"shift_mm": (BESIDE_MM if number == BESIDE else 0.0, 0.0, 0.0)}
+    pose = {"shift_mm": (SHIFT_MM if number == SHIFTED else 0.0, 0.0, 0.0)}
     return {"sheet": "binding", "page_mm": PAGE_MM, "artwork": {**artwork, "columns": 1 + number % 2}, "pose": pose}
 
 

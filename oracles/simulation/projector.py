@@ -1,4 +1,4 @@
-"""A camera beside a projector that lights a printed, warped page with its patterns, with the exact truth about it.
+"""A camera next to a projector that lights a printed, warped page with its patterns, with the exact truth about it.
 
 The projector is a pinhole with distortion like the camera, run backwards. Its light falls off with the distance and the
 angle of incidence, and not beyond what stands in its way; the light of the room comes on top. Camera and projector each
@@ -35,7 +35,7 @@ class RigPlan:
     projector   width and height of the projector's.
     distance_mm of the camera from the middle of the page.
     baseline_mm from the camera to the projector.
-    beside_deg  direction of the projector from the camera: 0 to the right, 90 above.
+    projector_deg  direction of the projector from the camera: 0 to the right, 90 above.
     view_mm     width that the camera sees at that distance; the projector lights a share LIT of it more.
     ambient     light of the room on white paper, as a share of the projector's white.
     exposure    white paper under the projector's white gives this share of full scale, linear.
@@ -48,7 +48,7 @@ class RigPlan:
     projector: tuple[int, int] = (1280, 800)
     distance_mm: float = 700.0
     baseline_mm: float = 250.0
-    beside_deg: float = 0.0
+    projector_deg: float = 0.0
     view_mm: float = 420.0
     ambient: float = 0.1
     exposure: float = 0.7
@@ -84,7 +84,7 @@ class SimulatedRig:
     def points(self, tangents: Floats) -> tuple[Floats, Floats]:
         """What lines of sight (n, 2) show: points (n, 3) mm in the camera's frame, and places (n, 2) mm on the page.
 
-        Tangents are x right and y down of the camera. NaN where they meet nothing, places also beside the page.
+        Tangents are x right and y down of the camera. NaN where they meet nothing, places also next to the page.
         """
         rays = np.column_stack([tangents, np.ones(len(tangents))]) @ self.camera.axes
         face, _ = RayCaster(self.scene.vertices, self.scene.faces).first_hit(self.camera.position, rays)
@@ -145,8 +145,8 @@ def build_rig(
     plan = plan or RigPlan()
     scene = place_sheet(sheet, printed(artwork, page_mm), depth_mm=plan.distance_mm, table=table)
     target = np.array([*aim_mm, -plan.distance_mm])
-    beside = np.radians(plan.beside_deg)
-    place = plan.baseline_mm * np.array([np.cos(beside), np.sin(beside), 0.0])
+    direction = np.radians(plan.projector_deg)
+    place = plan.baseline_mm * np.array([np.cos(direction), np.sin(direction), 0.0])
     camera = look_at(
         target,
         np.array([0.02, 0.03, 0.0]) * plan.distance_mm,

@@ -18,7 +18,7 @@ from restore.layout.finding import BookPrior
 from restore.layout.leaves import Leaves, leaves_of
 from restore.layout.split import range_image_of
 from restore.prepared.separate import LeafSpine, SeparateSheet
-from restore.range_image.segmentation.segment import MIN_SHARE
+from restore.range_image.segmentation.segment import MIN_FRACTION
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats, Mask, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
@@ -122,7 +122,7 @@ def _corrected(inspected: Inspected, sheet: SeparateSheet, part: PartEdits, fram
         else:
             erased |= area
     samples = samples & ~erased
-    if min(float(samples.mean()), float(inside.mean())) < MIN_SHARE:
+    if min(float(samples.mean()), float(inside.mean())) < MIN_FRACTION:
         raise NotEnoughSurface(f"the corrections leave {samples.mean():.1%} of the image", ERASED_HINT)
     corrected = replace(segmented, samples=samples, inside=inside)
     return replace(

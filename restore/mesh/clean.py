@@ -14,7 +14,7 @@ from restore.mesh.decimate import decimate, patch_and_smooth
 from restore.mesh.network import make_network, pieces
 from restore.mesh.places import first_at_place, first_in_chart
 from restore.mesh.topology import Topology
-from restore.mesh.triangulate import MIN_PIECE_SHARE, compact
+from restore.mesh.triangulate import MIN_PIECE_FRACTION, compact
 from restore.mesh.validate import ValidMesh, validated
 from restore.numerics.robust import MAJORITY
 from restore.scan import Ints, SurfaceMesh
@@ -72,7 +72,7 @@ def large_pieces(mesh: ValidMesh) -> list[Ints]:
     """
     label = components(mesh.topology.edges, len(mesh.vertices))[mesh.faces[:, 0]]
     sizes = np.bincount(label)
-    large = np.flatnonzero(sizes >= max(1.0, MIN_PIECE_SHARE * sizes.max()))
+    large = np.flatnonzero(sizes >= max(1.0, MIN_PIECE_FRACTION * sizes.max()))
     if len(large) > MAX_PIECES:
         raise NotEnoughSurface(
             f"the surface falls apart into {np.count_nonzero(sizes)} pieces: its triangles do not hang together",
@@ -85,7 +85,7 @@ def large_pieces(mesh: ValidMesh) -> list[Ints]:
 def without_debris(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
     """Return a mesh without debris, and a finding if that is much.
 
-    Much is more than MIN_PIECE_SHARE of its area. Raises NotEnoughSurface where debris is most of it.
+    Much is more than MIN_PIECE_FRACTION of its area. Raises NotEnoughSurface where debris is most of it.
     """
     large = large_pieces(mesh)
     kept = np.zeros(len(mesh.faces), bool)
@@ -93,7 +93,7 @@ def without_debris(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
         kept[piece] = True
     areas = np.linalg.norm(mesh.normals, axis=1)
     left_out = float(areas[~kept].sum() / areas.sum())
-    if left_out <= MIN_PIECE_SHARE:
+    if left_out <= MIN_PIECE_FRACTION:
         return mesh, []
     if left_out > MAJORITY:
         raise NotEnoughSurface(
@@ -113,5 +113,5 @@ def _large_pieces(mesh: SurfaceMesh) -> Ints:
     if len(faces) == 0:
         raise NotEnoughSurface("the mesh has no triangles", "scan the page again or give a mesh with triangles")
     parts = [piece.vertices[piece.faces] for piece in pieces(make_network(mesh.vertices, Topology(faces)))]
-    min_faces = MIN_PIECE_SHARE * max(map(len, parts))
+    min_faces = MIN_PIECE_FRACTION * max(map(len, parts))
     return np.concatenate([part for part in parts if len(part) >= min_faces])

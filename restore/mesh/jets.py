@@ -94,7 +94,7 @@ def _fit_all(
             near, far = _nearest(i, vertices, found, near, far), MAX_NEIGHBOURS
         if far < 3:
             continue
-        reach = _beside(i, vertices, found, near, far, points, nearness)
+        reach = _weigh_neighbours(i, vertices, found, near, far, points, nearness)
         grain = known_noise / reach
         _set_frame(planes[_own_face(i, around, planes, points, nearness, far, weights, grain)], frame)
         _turn(points, far, frame)
@@ -150,7 +150,9 @@ def _nearest(i: int, vertices: Floats, found: Ints, near: int, far: int) -> int:
 
 
 @numba.njit(cache=True, error_model="numpy", inline="always")
-def _beside(i: int, vertices: Floats, found: Ints, near: int, far: int, points: Floats, nearness: Floats) -> float:
+def _weigh_neighbours(
+    i: int, vertices: Floats, found: Ints, near: int, far: int, points: Floats, nearness: Floats
+) -> float:
     """Write the offsets and nearness of the neighbours of vertex i.
 
     Nearness is 1 / distance, in units of the mean distance of the first `near` of them, which is returned in mm.

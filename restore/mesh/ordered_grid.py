@@ -11,7 +11,7 @@ import numpy as np
 from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints, Mask, SurfaceMesh
 
-MIN_SHARE = 0.2  # of a window must be points of one piece: at a corner of the grid a quarter is
+MIN_FRACTION = 0.2  # of a window must be points of one piece: at a corner of the grid a quarter is
 TERMS = 6  # of a patch: height, two slopes, three second derivatives
 RIDGE = 1e-6  # of the points of a patch: its terms are determined also where these lie in one line
 
@@ -74,7 +74,7 @@ def fit_patches(
     """
     positions = np.full((len(rows), len(cols), 3), np.nan)
     normals, own = positions.copy(), np.full((len(rows), len(cols)), -1)
-    least = max(TERMS, int(MIN_SHARE * (2 * reach + 1) ** 2))
+    least = max(TERMS, int(MIN_FRACTION * (2 * reach + 1) ** 2))
     matrix, right, terms = np.empty((TERMS, TERMS)), np.empty((TERMS, 3)), np.empty(TERMS)
     for k in range(len(rows)):
         for m in range(len(cols)):

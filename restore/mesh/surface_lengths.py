@@ -63,7 +63,7 @@ def _points_of_surface(vertices: Floats, topology: Topology) -> tuple[Floats, Je
     noise = estimate_noise_sigma(vertices, rings)
     points, jets = vertices, fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
     steepest, defect = _steepest_bend(jets, edges), _angle_defect(vertices, topology)
-    smooth, bent = (_beside_no_crease(vertices, jets, edges, turn) for turn in (steepest, np.pi))  # or however steeply
+    smooth, bent = (_away_from_creases(vertices, jets, edges, turn) for turn in (steepest, np.pi))  # or however steeply
     inside = correct_decimation_bias(vertices, jets, edges, bent)
     again = _fitted_again(jets, inside, rings, bent, noise)
     if stood_outside(jets.offsets[bent], again.offsets[bent] - jets.offsets[bent]):
@@ -73,7 +73,7 @@ def _points_of_surface(vertices: Floats, topology: Topology) -> tuple[Floats, Je
     on_patches = _on_patches(points, jets, smooth)
     if _angle_defect(on_patches, topology) >= defect:
         return points, jets
-    smooth = _beside_no_crease(on_patches, jets, edges, steepest)
+    smooth = _away_from_creases(on_patches, jets, edges, steepest)
     jets = _fitted_again(jets, on_patches, rings_of(on_patches, faces, edges), smooth, noise)
     return _on_patches(on_patches, jets, smooth), jets
 
@@ -118,7 +118,7 @@ def _steepest_bend(jets: Jets, edges: Ints) -> float:
     return max(CREASE, SIGNIFICANT * robust_sigma(_turns(jets.normals, edges)))
 
 
-def _beside_no_crease(points: Floats, jets: Jets, edges: Ints, steepest: float) -> Ints:
+def _away_from_creases(points: Floats, jets: Jets, edges: Ints, steepest: float) -> Ints:
     """Return the vertices none of whose edges crosses a crease.
 
     Nor does an edge rotate the normal by more than the steepest bend, rad.

@@ -14,7 +14,7 @@ from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
 MAX_SNAP_DISTANCE = 0.5  # of the stride: nodes nearer to the outline move onto it, which avoids thin triangles
 MIN_HEIGHT = 0.2  # of the stride; the shape of thinner triangles is mostly noise
-MIN_PIECE_SHARE = 0.02  # of the faces of the largest connected piece: smaller pieces are debris
+MIN_PIECE_FRACTION = 0.02  # of the faces of the largest connected piece: smaller pieces are debris
 
 
 def lattice(inside: Mask, stride: int, snap: float = 0.0) -> tuple[Floats, Ints]:
@@ -48,7 +48,7 @@ def _scraps(faces: Ints) -> Mask:
     """
     piece = piece_of_faces(faces)
     sizes = np.bincount(piece, minlength=1)
-    return np.asarray(sizes[piece] < MIN_PIECE_SHARE * sizes.max())
+    return np.asarray(sizes[piece] < MIN_PIECE_FRACTION * sizes.max())
 
 
 def _nearest(wanted: Mask, rows: Ints, cols: Ints) -> Floats:

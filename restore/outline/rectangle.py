@@ -11,10 +11,10 @@ from restore.scan import Floats
 MIN_TORN_FILL = 0.8  # of it, with a corner torn off: a larger one takes two thirds of both adjacent sides
 MIN_TORN_SIDE = 0.3  # straight fraction of the sides that it shortens: of a fifth, a third; of a slanting side 0.1
 SIDE_BAND_MM = 2.0  # outline points this near to a side belong to it
-TIP_SHARE = 0.02  # of the outline points: a tip has fewer; more, in all, are the corners of a page with pointed ones
+TIP_FRACTION = 0.02  # of the outline points: a tip has fewer; more, in all, are the corners of a page with pointed ones
 BINS = 20  # of a side: outlines of pages have a few points in each
 TRIMS = 2  # a tip may rotate the rectangle that the first starts from
-CORNER_SHARE = 0.05  # of a side at either end is left out: there it may be rounded or dog-eared
+CORNER_FRACTION = 0.05  # of a side at either end is left out: there it may be rounded or dog-eared
 
 
 def fills_rectangle(outline: Floats, area: float) -> bool:
@@ -23,7 +23,7 @@ def fills_rectangle(outline: Floats, area: float) -> bool:
     outline: (n, 2) mm, of a page of `area` mm².
     """
     _, (width, height), _ = cv2.minAreaRect(_without_tips(outline).astype(np.float32))
-    return bool(area >= (1.0 - CORNER_SHARE) * width * height)
+    return bool(area >= (1.0 - CORNER_FRACTION) * width * height)
 
 
 def has_straight_sides(outline: Floats, area: float) -> bool:
@@ -38,12 +38,12 @@ def has_straight_sides(outline: Floats, area: float) -> bool:
     _, (width, height), angle = cv2.minAreaRect(outline.astype(np.float32))
     if area < MIN_TORN_FILL * width * height:
         return False
-    fractions = _straight_shares(outline @ _rotation(-np.deg2rad(angle)).T)
+    fractions = _straight_fractions(outline @ _rotation(-np.deg2rad(angle)).T)
     whole = fractions >= NEARLY_ALL  # dents take a part of them
     return bool(whole[0].any() and whole[1].any() and fractions.min() >= MIN_TORN_SIDE)
 
 
-def _straight_shares(outline: Floats) -> Floats:
+def _straight_fractions(outline: Floats) -> Floats:
     """Return the straight fractions of the low and the high side.
 
     Across x and y, for an axis-aligned outline (n, 2). Returns (2, 2).
@@ -54,7 +54,7 @@ def _straight_shares(outline: Floats) -> Floats:
         place = (outline[:, 1 - across] - low[1 - across]) / (high - low)[1 - across]
         for end, side in enumerate((low[across], high[across])):
             near_side = np.abs(outline[:, across] - side) < _band((high - low)[across])
-            found = np.histogram(place[near_side], BINS, (CORNER_SHARE, 1.0 - CORNER_SHARE))[0]
+            found = np.histogram(place[near_side], BINS, (CORNER_FRACTION, 1.0 - CORNER_FRACTION))[0]
             fractions[across, end] = (found > 0).mean()
     return fractions
 
@@ -83,7 +83,7 @@ def page_size(outline: Floats) -> tuple[float, float]:
     extent = high - low
     for along, across in ((0, 1), (1, 0)):
         band = _band(extent[across])
-        inner = np.abs(outline[:, along] - (low + high)[along] / 2) < (0.5 - CORNER_SHARE) * (high - low)[along]
+        inner = np.abs(outline[:, along] - (low + high)[along] / 2) < (0.5 - CORNER_FRACTION) * (high - low)[along]
         sides = [
             outline[inner & (np.abs(outline[:, across] - side) < band), across] for side in (low[across], high[across])
         ]
@@ -98,9 +98,9 @@ def _without_tips(outline: Floats) -> Floats:
     for _ in range(TRIMS):
         _, _, angle = cv2.minAreaRect(kept.astype(np.float32))
         turned = kept @ _rotation(-np.deg2rad(angle)).T
-        low, high = np.quantile(turned, [TIP_SHARE, 1.0 - TIP_SHARE], axis=0)
+        low, high = np.quantile(turned, [TIP_FRACTION, 1.0 - TIP_FRACTION], axis=0)
         kept = kept[((turned > low - SIDE_BAND_MM) & (turned < high + SIDE_BAND_MM)).all(axis=1)]
-        if len(kept) < (1.0 - TIP_SHARE) * len(outline):
+        if len(kept) < (1.0 - TIP_FRACTION) * len(outline):
             return outline
     return kept
 
@@ -125,7 +125,7 @@ def _mean_tilt(outline: Floats) -> float:
     low, high = outline.min(axis=0), outline.max(axis=0)
     tilts, weights = [0.0], [1e-9]
     for along, across in ((0, 1), (1, 0)):
-        margin, band = CORNER_SHARE * (high - low)[along], _band((high - low)[across])
+        margin, band = CORNER_FRACTION * (high - low)[along], _band((high - low)[across])
         middle = (outline[:, along] > low[along] + margin) & (outline[:, along] < high[along] - margin)
         for side in (low[across], high[across]):
             near = outline[middle & (np.abs(outline[:, across] - side) < band)]

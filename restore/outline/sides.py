@@ -20,7 +20,7 @@ from restore.mesh.triangulate import compact
 from restore.numerics.lines import MIN_POINTS
 from restore.outline.crossings import WRONG, Crossings, crossings_of, separate, where
 from restore.outline.picture_edge import PictureSteps, edge_in_picture, steps_in_picture
-from restore.outline.rectangle import CORNER_SHARE, has_straight_sides
+from restore.outline.rectangle import CORNER_FRACTION, has_straight_sides
 from restore.range_image.facets.sheet import WIDEST_STRIDE, PageOnGrid, Sheet
 from restore.runtime.threads import in_threads
 from restore.scan import Floats, Ints, Mask
@@ -162,7 +162,7 @@ def _fit_side(sheet: Sheet, crossings: Crossings, axis: int, sign: int) -> Line 
 
     Returns None when the side is not straight.
     """
-    on_side = _beside(crossings, axis, sign)
+    on_side = _along_side(crossings, axis, sign)
     steps = steps_in_picture(sheet, on_side, sign * np.eye(2)[axis]) if sheet.cut_out else None
     if steps is not None:
         # The cut of a mesh says nothing of where the paper ends; a piece of what lies beyond is not part of the page.
@@ -182,7 +182,7 @@ def _fit_side(sheet: Sheet, crossings: Crossings, axis: int, sign: int) -> Line 
     return _separating(sheet, near, *lines, oblique=oblique)
 
 
-def _beside(crossings: Crossings, axis: int, sign: int) -> Crossings:
+def _along_side(crossings: Crossings, axis: int, sign: int) -> Crossings:
     """Return the crossings of a side without those next to its corners.
 
     The side is at the low (−1) or high (1) end of an axis.
@@ -191,7 +191,7 @@ def _beside(crossings: Crossings, axis: int, sign: int) -> Crossings:
     low, high = outline.min(axis=0), outline.max(axis=0)
     from_middle = (outline - (low + high) / 2) / (high - low)
     along = np.abs(from_middle[:, 1 - axis])
-    return where(crossings, (sign * from_middle[:, axis] > along) & (along < 0.5 - CORNER_SHARE))
+    return where(crossings, (sign * from_middle[:, axis] > along) & (along < 0.5 - CORNER_FRACTION))
 
 
 def _near_line(crossings: Crossings, axis: int, sign: int) -> Mask:

@@ -23,7 +23,7 @@ from restore.texture.resolution import Resolution
 from restore.texture.sampling import sample_scaled
 
 BAND = 256  # rows painted at once: 60 MB at a time for an A4 page at 400 dpi
-MIN_SHARE = 1 / 512  # of a pixel: less changes no code
+MIN_FRACTION = 1 / 512  # of a pixel: less changes no code
 NOWHERE = 255  # source of what is not on the page
 RING = 2.0  # pixels: the nearest pixel inside is one of the outermost
 EDGE_MM = 0.6  # the outline is known to a sample: so near to it, the photograph may show the table
@@ -66,7 +66,7 @@ def _band(
     where = np.full((rows, cols, 2), np.nan, np.float32)
     total = np.zeros((rows, cols, 4), np.float32)
     for k, (source, weight) in enumerate(zip(sources, weights, strict=True)):
-        used = (weight > MIN_SHARE) & ~off
+        used = (weight > MIN_FRACTION) & ~off
         if not used.any():
             continue
         pixels = surface[..., 3:].copy() if source.camera is None else project_map(source.camera, surface[..., :3])
@@ -104,7 +104,7 @@ def _blended(total: Codes, off: Mask) -> Bytes:
     for row in range(rows):
         for col in range(cols):
             if not off[row, col]:
-                fraction = np.float32(1) / max(total[row, col, 3], np.float32(MIN_SHARE))
+                fraction = np.float32(1) / max(total[row, col, 3], np.float32(MIN_FRACTION))
                 for k in range(3):
                     image[row, col, k] = int(total[row, col, k] * fraction + np.float32(0.5))
     return image

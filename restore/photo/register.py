@@ -120,7 +120,7 @@ def _certain(
         raise Refused("the photograph shows the page from behind", "photograph the side that was scanned")
     camera, shifts = _refined(reference, grey, camera.scaled((size[0], size[1])), focal_px)
     _insist_on_sharpness(reference, grey, camera, shifts)
-    found = _judged(reference, camera, shifts)
+    found = _registration(reference, camera, shifts)
     _insist(found, reference)
     return found
 
@@ -197,7 +197,7 @@ def _refined(
     return camera, measure(reference, grey, camera, near=True)
 
 
-def _judged(reference: Reference, camera: PhotoCamera, shifts: Shifts) -> Registration:
+def _registration(reference: Reference, camera: PhotoCamera, shifts: Shifts) -> Registration:
     points = reference.at(shifts.moved)
     error = reprojection_errors(camera, np.nan_to_num(points, nan=np.inf), shifts.pixels)
     good = shifts.alike & (error < MAX_REPROJECTION_ERROR * shifts.scale)

@@ -16,7 +16,7 @@ from restore.numerics.limits import SINGLE_TINY
 from restore.numerics.srgb import LINEAR
 from restore.page import FlatMesh
 from restore.photo.page import Registered, sources_of
-from restore.photo.paint import MIN_SHARE, enlarged, lit, paint
+from restore.photo.paint import MIN_FRACTION, enlarged, lit, paint
 from restore.photo.sources import Plan, Source, plan
 from restore.scan import Bytes, Mask
 from restore.shading.relief import Field, Relief
@@ -35,7 +35,7 @@ def remove_registered_shading(
     """
     sources = sources_of(page, registered)
     planned = plan(page, sources) if len(sources) > 1 else None
-    used = [] if planned is None else [k for k, layer in enumerate(planned.weights) if layer.max() > MIN_SHARE]
+    used = [] if planned is None else [k for k, layer in enumerate(planned.weights) if layer.max() > MIN_FRACTION]
     if planned is None or len(used) < 2:
         return find_light(cells.image, cells.mask, relief).removed_from(painting.image, painting.mask, dpi)
     mask, layers = painting.mask, {k: planned.weights[k] for k in used}
@@ -52,7 +52,7 @@ def remove_registered_shading(
         gain = _gain(evened[main].image, evened[k].image, seen[main] & seen[k])
         total += counted * (evened[k].image if k == main else lit(evened[k].image.astype(np.float32), gain))
         weight += counted
-    image = np.where(mask[..., None], total / np.maximum(weight, MIN_SHARE) + 0.5, painting.image).astype(np.uint8)
+    image = np.where(mask[..., None], total / np.maximum(weight, MIN_FRACTION) + 0.5, painting.image).astype(np.uint8)
     return ShadingResult(image, _report(evened, main))
 
 
@@ -61,7 +61,7 @@ def _seen(mask: Mask, layer: Field, k: int, dpi: float) -> Mask:
 
     The scanner saw all of the page, and the more paper there is the better its light is known.
     """
-    return mask & (_enlarged(layer, mask, dpi) > MIN_SHARE) if k else mask
+    return mask & (_enlarged(layer, mask, dpi) > MIN_FRACTION) if k else mask
 
 
 def _enlarged(layer: Field, mask: Mask, dpi: float) -> Field:

@@ -20,7 +20,7 @@ from restore.scan import Bytes, Floats, Ints, Mask
 BUFFER_SIDE = 1200  # pixels of the depth buffer's longer side: a quarter of a millimetre on a page that fills it
 OCCLUSION_MM = 1.0  # what lies this much behind the nearest surface is hidden; one pixel on a wall of 70° is less
 MIN_FACING = 0.2  # cosine of 78°: seen flatter than that, print cannot be read
-GLARE_SHARE = 0.3  # of the pixels of a spot
+GLARE_FRACTION = 0.3  # of the pixels of a spot
 GLARE_GAIN = 1.25  # of the spot's light over that of its surroundings, against what the scanner saw
 # On dark ink a glare need not fill the sensor: no slope is lit three times as much as its surroundings, and light
 # that little does not make black blacker.
@@ -63,7 +63,7 @@ def glare_mask(clipped: Floats, light: Floats, expected: Floats, seen: Mask, rea
     reach: pixels that the surroundings extend.
     """
     gain = np.where(seen, light / np.maximum(expected, SINGLE_TINY), 0.0)
-    unclipped = (seen & (clipped < GLARE_SHARE)).astype(float)
+    unclipped = (seen & (clipped < GLARE_FRACTION)).astype(float)
     total = blurred_widely(unclipped, reach)
     # Twice: the haze round a glare is not part of the usual light.
     for _ in range(2):
@@ -71,7 +71,7 @@ def glare_mask(clipped: Floats, light: Floats, expected: Floats, seen: Mask, rea
         unclipped = unclipped * (gain < HAZE_GAIN * usual)
         total = blurred_widely(unclipped, reach)
     haze = seen & (gain > HAZE_GAIN * usual)
-    core = seen & (clipped >= GLARE_SHARE) & (gain > GLARE_GAIN * usual)
+    core = seen & (clipped >= GLARE_FRACTION) & (gain > GLARE_GAIN * usual)
     # A stroke of ink is lighter by the paper next to it in the less sharp of two pictures: no lamp does that.
     nearby = cv2.dilate(expected, np.ones((3, 3), np.uint8))
     core |= seen & (gain > INK_GAIN * usual) & (light - usual * nearby > INK_LIGHT)

@@ -26,7 +26,7 @@ from restore.photogrammetry.mesh import mesh_within, stretch
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import CardInView, PaperMasks, find_paper, on_page
 from restore.photogrammetry.page_boundary_fit import fit_to_edge
-from restore.photogrammetry.refined import MISSED_SHARE, missed, refined
+from restore.photogrammetry.refined import MISSED_FRACTION, missed, refined
 from restore.photogrammetry.surfaces.page_surface import PageSurface
 from restore.photogrammetry.surfaces.surface import STEP_MM
 from restore.runtime.arguments import checks_types
@@ -211,7 +211,7 @@ def _width_range(surface: PageSurface) -> float | None:
     Without a tenth at either end. None where no crease parts a surface in two.
     """
     widths = surface.gutter_widths()
-    return None if widths is None else float(np.ptp(np.quantile(widths, [1 - MISSED_SHARE, MISSED_SHARE])))
+    return None if widths is None else float(np.ptp(np.quantile(widths, [1 - MISSED_FRACTION, MISSED_FRACTION])))
 
 
 def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tuple[Finding, ...]:

@@ -34,7 +34,7 @@ ROUND_STIFFNESS = 1e3  # mm⁴: between the rounds, where the surface only has t
 MAX_GROWTHS = 6  # coarse rounds: from a part of a roll to all of it
 GROWN = 0.01  # of the page's area, that one more coarse round adds at least
 MAX_PIECES = 2  # of the pages of a spread: leaflets and maps have more, and print next to their folds
-MISSED_SHARE = 0.9  # of the measured points lie nearer to the surface than what it misses them by
+MISSED_FRACTION = 0.9  # of the measured points lie nearer to the surface than what it misses them by
 ROUGH_MM = 0.3  # of an edge in masks, standard deviation: half a pixel of theirs
 EXPLAINED = 0.5  # of that, by facets: of a creased page a tenth is left, of photographs that disagree most of it
 CREASED_MM = 0.1  # missed by a smooth surface: three times that of a wave of 97 mm and 36°
@@ -133,7 +133,7 @@ def missed(surface: PageSurface, points: Floats, feet: Floats) -> float:
     points: (n, 3) mm, with feet (n, 2) mm on it.
     """
     off = np.linalg.norm(points - surface.points(surface.feet(points, feet)), axis=1)
-    return float(np.quantile(off, MISSED_SHARE))
+    return float(np.quantile(off, MISSED_FRACTION))
 
 
 def _of_facets(

@@ -32,7 +32,7 @@ def lost_border(segmented: SegmentedScan) -> float:
         return 0.0
     step = abs(segmented.rays.dx) * STEEP
     shadow = _steep_gaps(depth, measured, step) | _steep_gaps(depth.T, measured.T, step).T
-    gaps = _gaps_beside(measured, inside, shadow) + _gaps_beside(measured.T, inside.T, shadow.T)
+    gaps = _gaps_at_border(measured, inside, shadow) + _gaps_at_border(measured.T, inside.T, shadow.T)
     border = sum(int(np.diff(inside, axis=axis).sum()) for axis in (0, 1))
     return gaps / max(border, 1)
 
@@ -61,7 +61,7 @@ def _steep_gaps(depth: Floats, measured: Mask, step: float) -> Mask:
     return np.cumsum(edges[:-1], dtype=np.int8).reshape(depth.shape).astype(bool)
 
 
-def _gaps_beside(measured: Mask, inside: Mask, shadow: Mask) -> int:
+def _gaps_at_border(measured: Mask, inside: Mask, shadow: Mask) -> int:
     """Count the gaps of a row that lead from the sheet to what lies beyond.
 
     They are wider than those that the sheet goes on over, and not in a shadow.

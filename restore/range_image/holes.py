@@ -24,7 +24,7 @@ from restore.scan import Floats, Mask, SurfaceMesh
 
 MIN_SAMPLES = 6  # on the table, of one hole: two millimetres wide for a page that fills the picture
 MIN_STEP_MM = 1.0  # from paper to table: a page that lies on it may have print of its colour
-MIN_SHARE = 0.3  # of a gap in the sheet: where less of it shows the table, the rest is a drop-out next to a hole
+MIN_FRACTION = 0.3  # of a gap in the sheet: where less of it shows the table, the rest is a drop-out next to a hole
 
 
 def holes_to_table(sheet: Sheet, segmented: SegmentedScan) -> Mask:
@@ -73,7 +73,7 @@ def _holes(sheet: Sheet, behind: Floats, table: Floats) -> Mask:
         return known
     distance, (row, col) = distance_transform_edt(~known, return_indices=True)
     shadowed = (gaps == gaps[row, col]) & (distance < STEEP * through[row, col])
-    shadowed &= (seen > MIN_SHARE * size)[gaps] & (gaps > 0)
+    shadowed &= (seen > MIN_FRACTION * size)[gaps] & (gaps > 0)
     return known | _without_tails(known | shadowed, known)
 
 

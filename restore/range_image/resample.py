@@ -18,7 +18,7 @@ from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 MIN_VERTICES = 30_000  # a window of seven samples is then 5 % of the page, and smooths the bends of a coarser mesh
 MAX_GRID = 1000  # samples along the longer side
 CAMERA_DISTANCE = 5.0  # page sizes: far enough to see between steep walls, near enough for exact arithmetic
-STEEP_SHARE = 0.05  # of the area: the steepest part, which the grid is to sample as densely as its vertices do
+STEEP_FRACTION = 0.05  # of the area: the steepest part, which the grid is to sample as densely as its vertices do
 MIN_PITCH = 0.5  # of the vertices' spacing: on a finer grid there is little but their noise
 MAX_STEEP_GRID = 500  # samples along the longer side, as many as a scanner has: the limit of refinement for steep parts
 MAX_TILT = radians(3.0)  # of the page's longer side to the rows: a side along a row is known to half a sample, one that
@@ -38,7 +38,7 @@ def view_of(mesh: ValidMesh) -> tuple[RangeScan, Rays] | None:
     all of it.
     """
     faces = mesh.faces
-    posed = _askew(pose_on_table(mesh.vertices, faces))
+    posed = _tilted(pose_on_table(mesh.vertices, faces))
     size = float(np.ptp(posed.positions, axis=0).max())
     camera_centre = np.array([0.0, 0.0, posed.positions[:, 2].max() + CAMERA_DISTANCE * size])
     in_camera = posed.positions - camera_centre
@@ -66,7 +66,7 @@ def view_of(mesh: ValidMesh) -> tuple[RangeScan, Rays] | None:
     return scan, Rays(low[0], pitch, y0, -pitch, posed.axes, posed.origin + camera_centre @ posed.axes)
 
 
-def _askew(posed: PosedSheet) -> PosedSheet:
+def _tilted(posed: PosedSheet) -> PosedSheet:
     """Return the sheet rotated on the table, across the rows of a view.
 
     Its principal axes, and with them most sides, then cross the rows.
@@ -87,7 +87,7 @@ def _foreshortening(normals: Floats, posed: PosedSheet) -> float:
     areas = np.sqrt((normals**2).sum(axis=1))
     slopes = normals @ posed.axes[2] / np.maximum(areas, TINY)
     order = np.argsort(slopes)
-    steep = np.searchsorted(np.cumsum(areas[order]), STEEP_SHARE * areas.sum())
+    steep = np.searchsorted(np.cumsum(areas[order]), STEEP_FRACTION * areas.sum())
     return float(np.clip(slopes[order[steep]], MIN_PITCH, 1.0))
 
 

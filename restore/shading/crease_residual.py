@@ -67,7 +67,7 @@ def _compared(brightness: Field, across: Field, found: Mask, inside: Mask) -> Fi
     near &= inside
     bright, out = np.full_like(brightness, np.nan), np.ones_like(brightness)
     in_bands(lambda rows: _bright(brightness, inside, across, near, rows.start, bright[rows]), len(out))
-    in_bands(lambda rows: _beside(bright, across, found, rows.start, out[rows]), len(out))
+    in_bands(lambda rows: _ratio_to_sides(bright, across, found, rows.start, out[rows]), len(out))
     return out
 
 
@@ -133,7 +133,7 @@ def _bright(brightness: Field, inside: Mask, across: Field, near: Mask, first: i
 
 
 @numba.njit(cache=True, nogil=True)
-def _beside(bright: Field, across: Field, found: Mask, first: int, out: Field) -> None:
+def _ratio_to_sides(bright: Field, across: Field, found: Mask, first: int, out: Field) -> None:
     """Write the ratio of a line to both of its sides.
 
     For rows from `first` on, into out; 0 is not shading.

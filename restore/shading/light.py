@@ -119,11 +119,11 @@ class Terms:
         """
         from_patches = direct_terms(self.surroundings.patches, self.surroundings, self.middle, lamps)
         return direct_terms(self.places, self.surroundings, self.middle, lamps) + reflectance * (
-            self._shares @ from_patches
+            self._fractions @ from_patches
         )
 
     @cached_property
-    def _shares(self) -> csr_matrix:
+    def _fractions(self) -> csr_matrix:
         return self.surroundings.fractions_at(self.places)
 
 

@@ -13,7 +13,7 @@ from restore.texture.page import MM_PER_INCH
 
 LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow is known more exactly
 LOCAL_MM = 20.0  # the brightest thing within this distance is paper
-PAPER_SHARE = 0.6  # of that light: darker is ink or picture
+PAPER_FRACTION = 0.6  # of that light: darker is ink or picture
 HUE = 0.05  # of a channel's fraction of the colour: several lamps or walls of a gutter differ by less, inks by more
 SHRINK = 4  # of the cells for the brightest one near each, which varies slowly
 SPARED = 7  # every seventh cell suffices for the hue
@@ -31,7 +31,7 @@ def paper_candidates(colour: Field, inside: Mask, dpi: float) -> Mask:
     reach = 2 * round(LOCAL_MM / MM_PER_INCH * dpi / SHRINK / 2) + 1
     brightest = cv2.dilate(small, np.ones((reach, reach), np.uint8))
     brightest = cv2.resize(brightest, brightness.shape[::-1], interpolation=cv2.INTER_LINEAR)
-    bright = inside & (brightness > PAPER_SHARE * brightest)
+    bright = inside & (brightness > PAPER_FRACTION * brightest)
     if not bright.any():
         return bright
     some = np.flatnonzero(bright)[::SPARED]

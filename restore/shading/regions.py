@@ -24,7 +24,7 @@ CREASE_EDGE = 0.7  # of its logarithm: light halves across a sharp fold, ink tak
 CHROMA_EDGE = 0.01  # of a channel's fraction of the colour, over two windows: a tint of ΔE 3 shows as much, lamps less
 NOISE_RANGE = 4.0  # standard deviations between the least and the greatest of nine windows
 SHARP = 0.02  # of the normal, from window to window: a crease, where light may change as abruptly as print
-MIN_SHARE = 0.003  # of the page: 190 mm² of A4; smaller patches hold no gradient
+MIN_FRACTION = 0.003  # of the page: 190 mm² of A4; smaller patches hold no gradient
 MAX_REGIONS = 24
 
 
@@ -60,7 +60,7 @@ def regions_of(colour: Field, normals: Field, inside: Mask, crease_edge: float =
     areas[_hue_spread(colour, patches, areas) > HUE] = 0
     areas[0] = 0
     order = np.argsort(-areas, kind="stable")[:MAX_REGIONS]
-    order = order[areas[order] >= max(MIN_SHARE * inside.sum(), 1)]
+    order = order[areas[order] >= max(MIN_FRACTION * inside.sum(), 1)]
     renamed = np.zeros(len(areas), np.int64)
     renamed[order] = np.arange(1, len(order) + 1)
     return Regions(renamed[patches], len(order))

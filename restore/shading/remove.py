@@ -122,7 +122,9 @@ def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:
     gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
     if loses_print(colour, gain, inside):
         return _kept("print would lose contrast against its surroundings")
-    report = {"removed": True, "corrected": corrected, "regions_fraction": regions.fraction(inside)} | _told_by(found)
+    report = {"removed": True, "corrected": corrected, "regions_fraction": regions.fraction(inside)} | _light_report(
+        found
+    )
     return PageLight(report | _evenness(colour, gain, residual.ground, inside), gain, steps)
 
 
@@ -141,7 +143,7 @@ def _kept(reason: str) -> PageLight:
     return PageLight({"removed": False, "reason": reason})
 
 
-def _told_by(found: Estimate) -> dict[str, Any]:
+def _light_report(found: Estimate) -> dict[str, Any]:
     """What the fitted light rests on, and how certain it is (JSON values)."""
     light = {"lamps": len(found.light.lamps), "fitted_to": found.fitted_to}
     return light | {"variation": found.certainty.variation, "standard_error": found.certainty.error}

@@ -16,7 +16,7 @@ import numpy as np
 from restore.numerics.limits import SINGLE_TINY
 from restore.scan import Floats, Ints, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
-from restore.shading.regions import MIN_SHARE, NOISE_RANGE, WINDOW, patches_of, relative_noise
+from restore.shading.regions import MIN_FRACTION, NOISE_RANGE, WINDOW, patches_of, relative_noise
 from restore.shading.relief import Field
 from restore.shading.steps import VISIBLE
 from restore.texture.page import MM_PER_INCH
@@ -24,7 +24,7 @@ from restore.texture.page import MM_PER_INCH
 CONTRAST = 0.12  # of the ground: patches nearer to it than this may be where it begins
 TINT = 0.06  # of it, from channel to channel: noise of a dim cell stays below
 NEAR_MM, FAR_MM = 6.0, 30.0  # widths of the surface: on the ground, and under figures
-FAR_SHARE = 1e-3  # of the wide surface: it counts only away from the ground
+FAR_FRACTION = 1e-3  # of the wide surface: it counts only away from the ground
 SHRINK = 4  # of the cells for that surface, which is smooth
 ROUNDS = 3  # of patches joining the ground
 EDGE = 0.025  # of the ratio, over two windows, which show two thirds of a step: what the lamps leave changes by less
@@ -56,7 +56,7 @@ def residual_light(ratio: Field, normals: Field, inside: Mask, dpi: float) -> Re
     smooth = np.ones_like(ratio[..., :1])
     plain = inside & ~_tinted(ratio, inside)
     ground = _core(ratio, patches) & plain
-    if ground.sum() < MIN_SHARE * inside.sum():
+    if ground.sum() < MIN_FRACTION * inside.sum():
         return Residual(smooth, np.zeros_like(inside), level)
     for _ in range(ROUNDS):
         smooth = _surface(ratio, ground, dpi)
@@ -116,7 +116,7 @@ def _surface(ratio: Field, ground: Mask, dpi: float) -> Field:
         cv2.resize(field, size, interpolation=cv2.INTER_AREA) for field in (brightness, ground.astype(np.float32))
     )
     total, count = np.full_like(value, SINGLE_TINY), np.full_like(value, SINGLE_TINY)
-    for width, fraction in ((NEAR_MM, 1.0), (FAR_MM, FAR_SHARE)):
+    for width, fraction in ((NEAR_MM, 1.0), (FAR_MM, FAR_FRACTION)):
         sigma = width / MM_PER_INCH * dpi / SHRINK
         total += fraction * cv2.GaussianBlur(value, (0, 0), sigma)
         count += fraction * cv2.GaussianBlur(weight, (0, 0), sigma)

@@ -24,7 +24,7 @@ PATCH = 6  # nodes across and down, 11 mm: what a patch reflects arrives spread 
 # Of the way to the horizon: what stands before a place rises to it from somewhere on the way, and beyond it lies the
 # far side, which is not seen.
 WITHIN = 0.8
-MIN_SHARE = 1e-3  # of a place's view: a direction with less is left out
+MIN_FRACTION = 1e-3  # of a place's view: a direction with less is left out
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ def surroundings_of(relief: Relief) -> Surroundings:
         fill_nearest(field, known)[row, col] for field in (horizon.normals, horizon.points, horizon.openness)
     )
     nodes = np.stack([col, row], axis=1).astype(np.float32)
-    return Surroundings(horizon, Places(points, normals, openness, nodes), _shares(horizon))
+    return Surroundings(horizon, Places(points, normals, openness, nodes), _fractions(horizon))
 
 
 def _patches(nodes: tuple[int, ...]) -> tuple[int, ...]:
@@ -94,14 +94,14 @@ def _patches(nodes: tuple[int, ...]) -> tuple[int, ...]:
     return tuple(-(-n // PATCH) for n in nodes)
 
 
-def _shares(horizon: HorizonMap) -> csr_matrix:
+def _fractions(horizon: HorizonMap) -> csr_matrix:
     """Return how much of the view of every node each patch fills.
 
     Returns (nodes, p).
     """
     rows, cols = horizon.heights.shape
     fraction = horizon.views[1]
-    row, col, way = np.nonzero(fraction > MIN_SHARE)  # nothing where it is not known
+    row, col, way = np.nonzero(fraction > MIN_FRACTION)  # nothing where it is not known
     ahead = WITHIN * horizon.reaches[row, col, way][:, None] * ONWARD[way]
     there = [
         np.clip(np.rint(at + ahead[:, k]), 0, n - 1).astype(int) // PATCH

@@ -12,7 +12,7 @@ from restore.errors import BadInput, NotEnoughSurface
 from restore.findings import Finding
 from restore.numerics.robust import MAJORITY, robust_sigma
 from restore.numerics.srgb import CLIPPED
-from restore.range_image.segmentation.segment import MIN_SHARE
+from restore.range_image.segmentation.segment import MIN_FRACTION
 from restore.scan import Bytes, Floats, Mask, RangeScan
 from restore.structured_light.decode import REACH, Axis, decode_axis, projected_light
 from restore.structured_light.grid import ViewGrid, view_grid
@@ -124,7 +124,7 @@ def _consistent(depth: Floats, residual: Floats, lit: Mask) -> Mask:
     (rows, cols) bool.
     """
     known = np.isfinite(residual)
-    if known.mean() < MIN_SHARE:
+    if known.mean() < MIN_FRACTION:
         raise NotEnoughSurface(
             f"the patterns can be read at {known.mean():.1%} of the image, and {lit.mean():.0%} of it is lit",
             DARK_HINT,

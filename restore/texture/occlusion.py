@@ -23,7 +23,7 @@ from restore.texture.page import rasterise_on_page
 
 # A surface nearer on the same line of sight occludes by at least this much: more than noise and half a face's depth.
 OCCLUSION_MARGIN_MM = 3.0
-OCCLUSION_MARGIN_SHARE = 0.01  # of the range of distances, for surfaces of unknown size
+OCCLUSION_MARGIN_FRACTION = 0.01  # of the range of distances, for surfaces of unknown size
 FAR = 50.0  # sizes of the page: a relief of a tenth of it changes a picture of 640 pixels by one
 BY_FAR = 2.0  # times nearer to the areas in the texture: then a camera saw them
 SAME_AREA = 1e-3  # of the mean face in the picture: what rounding makes of the area of a face
@@ -89,7 +89,7 @@ def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi:
     depth = distance - distance.min()  # single precision holds it, also from far away
     nearest_depth = rasterise(fine.texcoords, fine.faces, depth[:, None], height, width, 1.0 / distance)[..., 0]
     front = np.where(np.isnan(nearest_depth), np.float32(np.inf), nearest_depth)
-    margin = max(OCCLUSION_MARGIN_MM, OCCLUSION_MARGIN_SHARE * float(depth.max()))
+    margin = max(OCCLUSION_MARGIN_MM, OCCLUSION_MARGIN_FRACTION * float(depth.max()))
     corners = _corners_alone(fine) if turned_away.any() else None
     flags = np.repeat(turned_away.astype(np.float64)[:, None], 3, axis=0)
     values = np.column_stack([fine.texcoords, depth])

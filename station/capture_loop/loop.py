@@ -195,7 +195,7 @@ class CaptureLoop:
         if needs_restoration(self.writer.session, page, rules):
             self._begin(page.capture)
         elif lacks_verdict(page):
-            self._judge(page.runs[RESTORE])
+            self._check_quality(page.runs[RESTORE])
 
     def _shoot(self, page: int | None) -> None:
         if self.shoot is None:
@@ -211,7 +211,7 @@ class CaptureLoop:
             self.writer, scan, page=page, facts={"by": "planish capture", "provenance": dict(scan.provenance)}
         )
         self._page = event.page
-        self._told(event.page, "stored", "stored")
+        self._show_of_page(event.page, "stored", "stored")
         self._begin(event)
 
     def _carry(self, capture: Event, earlier: Event, edits: PageEdits) -> None:
@@ -244,7 +244,7 @@ class CaptureLoop:
         current = self.writer.history.page(capture.page).capture
         if current == capture and uncarried(self.writer.history, capture) is not None:
             correct(self.writer, capture.page, edits)
-            self._told(capture.page, f"corrections {edits.by.tool}", f"edits_{edits.by.tool}")
+            self._show_of_page(capture.page, f"corrections {edits.by.tool}", f"edits_{edits.by.tool}")
         if current == capture and capture.number not in self._waiting:
             self._restore(capture)
 
@@ -304,7 +304,7 @@ class CaptureLoop:
             name = f"{self._name(event.page)}{'' if part == PAGE else f', {part}'}"
             self.show(Line(f"{name}: RED  not restored: {leaf.error} ({leaf.hint})", "restored_failed", event.page))
         if event.result.is_measured:
-            self._judge(event)
+            self._check_quality(event)
         self.changed()
         self._continue(self.writer.history.page(event.page), rules_of(self.writer.session))
 
@@ -318,7 +318,7 @@ class CaptureLoop:
         done.folder.mkdir(exist_ok=True)
         return Run({"error": "the program ended while it restored this scan", "hint": "capture the page again"})
 
-    def _judge(self, restored: Event) -> None:
+    def _check_quality(self, restored: Event) -> None:
         event = record_verdict(self.writer, restored)
         assert isinstance(event.result, QualityCheck)
         new = [line for line in note_lines(event.result) if line not in self._noted]  # not with every page
@@ -331,14 +331,14 @@ class CaptureLoop:
         if page is None or page.capture is None:
             return
         decide(self.writer, "accept", True, page=page.number, on=page.capture)
-        self._told(page.number, "accepted", "accepted")
+        self._show_of_page(page.number, "accepted", "accepted")
 
     def _mark(self) -> None:
         page = self._current()
         if page is not None:
             marked = not page.decided("mark", False)
             decide(self.writer, "mark", marked, page=page.number)
-            self._told(page.number, *(("marked", "marked") if marked else ("no longer marked", "unmarked")))
+            self._show_of_page(page.number, *(("marked", "marked") if marked else ("no longer marked", "unmarked")))
 
     def _note(self) -> None:
         if self._current() is not None:
@@ -367,7 +367,7 @@ class CaptureLoop:
         current = self._current()
         if current is not None:
             decide(self.writer, "note", text, page=current.number)
-            self._told(current.number, f"note: {text}", "note")
+            self._show_of_page(current.number, f"note: {text}", "note")
 
     def _step(self, step: Event | None, word: str, key: str) -> None:
         if step is None:
@@ -375,20 +375,20 @@ class CaptureLoop:
             return
         if step.page != VOLUME:
             self._page = step.page
-        self._told(step.page, f"{step.name} {word}", key)
+        self._show_of_page(step.page, f"{step.name} {word}", key)
         self.catch_up()
 
     def correct(self, page: int, edits: PageEdits | None) -> None:
         """Record corrections of a page, and restore it if none of its restorations has them."""
         correct(self.writer, page, edits)
         self._page = page
-        self._told(page, "corrected", "corrected")
+        self._show_of_page(page, "corrected", "corrected")
         self.catch_up()
 
     def apply(self, scope: Scope, edits: PageEdits) -> None:
         """Record a rule for many pages, and restore those that it changes."""
         event = add_rule(self.writer, scope, edits)
-        self._told(VOLUME, f"rule {event.number} recorded", "rule")
+        self._show_of_page(VOLUME, f"rule {event.number} recorded", "rule")
         self.catch_up()
 
     def _leave(self) -> None:
@@ -396,7 +396,7 @@ class CaptureLoop:
         if self._waiting:
             self.show(f"{len(self._waiting)} pages are still being restored; Ctrl-C leaves them for the next shift")
 
-    def _told(self, page: int, text: str, key: str) -> None:
+    def _show_of_page(self, page: int, text: str, key: str) -> None:
         self.changed()
         self.show(Line(f"{self._name(page)}: {text}", key, page or None))
 

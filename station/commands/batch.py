@@ -88,7 +88,7 @@ def batch(
         limits = load_preset(quality_preset).thresholds
         count = jobs or len(os.sched_getaffinity(0))
         if memory_limit is None and scheduler is None:
-            memory_limit = _share_mib(count)
+            memory_limit = _memory_per_process_mib(count)
         threads = 1 if scheduler is not None else max(len(os.sched_getaffinity(0)) // count, 1)
         process = Limits(memory_limit, page_timeout, threads=threads)
         places: AbstractContextManager[Workers]
@@ -123,7 +123,7 @@ def batch(
             raise typer.Exit(SET_ASIDE)
 
 
-def _share_mib(count: int) -> int:
+def _memory_per_process_mib(count: int) -> int:
     """Return an equal part of this computer's memory for each process, MiB.
 
     Not less than each needs.

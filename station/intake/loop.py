@@ -80,7 +80,7 @@ class Watch:
     def __post_init__(self) -> None:
         self._quiet, self._pairing = Quiet(self.clock), Pairing(self.folder)
         self._done: dict[Path, tuple[Stamp, ...]] = {}
-        self._told: dict[Path, str] = {}
+        self._reasons: dict[Path, str] = {}
 
     def run(self) -> None:
         """Watch until interrupted, or with `once` until nothing is left to wait for.
@@ -108,7 +108,7 @@ class Watch:
         except OSError as error:  # a network share that is gone for a while
             self._wait(Path(), UsageError(f"{self.folder} cannot be read: {error.strerror}"))
             return {"waiting"}
-        self._told.pop(Path(), None)
+        self._reasons.pop(Path(), None)
         self._quiet.update(listing)
         self._pairing.update(listing)
         self.presets.update(listing)
@@ -143,14 +143,14 @@ class Watch:
             return self._give_up(source, error)
         if state != "waiting":
             self._done[source] = arrival.stamps
-            self._told.pop(source, None)
+            self._reasons.pop(source, None)
         return state
 
     def _give_up(self, source: Path, error: Exception) -> State:
         """Notify, once, of a scan that cannot even be looked at, nor a note of it be written."""
         reason = explain(error).message
-        if self._told.get(source) != reason:
-            self._told[source] = reason
+        if self._reasons.get(source) != reason:
+            self._reasons[source] = reason
             self.counts["set aside"] += 1
             self.notify("set aside", source, reason)
         return "done"
@@ -190,9 +190,9 @@ class Watch:
 
     def _leave_out(self, session: Path) -> None:
         """Notify, once, of a session in the folder."""
-        if session not in self._told:
-            self._told[session] = batch_instead(self.folder / session)
-            self.notify("left out", session, self._told[session])
+        if session not in self._reasons:
+            self._reasons[session] = batch_instead(self.folder / session)
+            self.notify("left out", session, self._reasons[session])
 
     def _wait(self, path: Path, error: UsageError) -> None:
         """Notify, once, of what the operator has to repair.
@@ -202,8 +202,8 @@ class Watch:
         if self.once:
             raise error
         text = f"{error} ({error.hint})" if error.hint else str(error)
-        if self._told.get(path) != text:
-            self._told[path] = text
+        if self._reasons.get(path) != text:
+            self._reasons[path] = text
             self.notify("waiting", path, text)
 
 

@@ -14,7 +14,7 @@ from station.pictures.view import oblique_camera, render_mesh
 
 # Red lines rising to the right where nothing was seen, violet ones falling where pixels were inpainted.
 HATCHES = {CoverageClass.OCCLUDED: ((192, 48, 40), 1), CoverageClass.INPAINTED: ((96, 56, 168), -1)}
-HATCH, LINE_SHARE = 8, 0.3  # pixels of the review picture from line to line, and how much of it is line
+HATCH, LINE_FRACTION = 8, 0.3  # pixels of the review picture from line to line, and how much of it is line
 HEIGHT, WIDTH = 720, 960  # pixels of a panel: the colour image's own shape, half as large again
 
 
@@ -43,7 +43,9 @@ def _mesh_panel(page: RestoredPage) -> Panel:
 def _page_panel(page: RestoredPage) -> Panel:
     width, height = page.report["page_mm"]
     text = f"{width:.1f} × {height:.1f} mm, {page.dpi:g} dpi, shading: {page.report['shading']}"
-    return Panel(resize_to_fit(hatch_unseen(page), height=HEIGHT, width=WIDTH), "Restored", text + _unseen_shares(page))
+    return Panel(
+        resize_to_fit(hatch_unseen(page), height=HEIGHT, width=WIDTH), "Restored", text + _unseen_fractions(page)
+    )
 
 
 def hatch_unseen(page: RestoredPage) -> Bytes:
@@ -55,11 +57,11 @@ def hatch_unseen(page: RestoredPage) -> Bytes:
     lines = round(max(picture.shape[0] / HEIGHT, picture.shape[1] / WIDTH, 1.0) * HATCH)
     rows, cols = np.indices(page.coverage.shape)
     for kind, (colour, across) in HATCHES.items():
-        line = ((rows + across * cols) % lines < lines * LINE_SHARE) & (page.coverage == kind)
+        line = ((rows + across * cols) % lines < lines * LINE_FRACTION) & (page.coverage == kind)
         picture[line] = colour
     return picture
 
 
-def _unseen_shares(page: RestoredPage) -> str:
+def _unseen_fractions(page: RestoredPage) -> str:
     fractions = {kind: float((page.coverage == kind).sum() / max((page.coverage > 0).sum(), 1)) for kind in HATCHES}
     return "".join(f", {kind.name.lower()}: {fraction:.1%}" for kind, fraction in fractions.items() if fraction > 0)

@@ -133,7 +133,7 @@ class Cluster:
         known = {address: place for address, place in self._places.items() if address in found}
         self._places = known | {address: self._place(found[address], specs.get(address)) for address in new}
         self._asked = time.monotonic()
-        self._tell()
+        self._report_missing()
 
     def _place(self, worker: Any, spec: object) -> Place:
         threads = int(worker["nthreads"])
@@ -146,7 +146,7 @@ class Cluster:
             problem = f"it has {mib} MiB for each of its threads, and a page needs {MIN_MIB}"
         return Place(threads, mib, problem)
 
-    def _tell(self) -> None:
+    def _report_missing(self) -> None:
         """Say, once, why no worker can be used."""
         now = time.monotonic()
         if self._threads():

@@ -18,7 +18,7 @@ def placeholders(text):
 @pytest.mark.parametrize("code", CODES)
 def test_a_code_that_prints_a_share_says_of_what(code):
     entry = CODES[code]
-    assert bool(entry.share_of) >= ("share" in placeholders(entry.text))
+    assert bool(entry.fraction_of) >= ("share" in placeholders(entry.text))
 
 
 def test_a_finding_comes_back_from_its_json_values():

@@ -106,14 +106,14 @@ def _light(
 
 
 def _at_pixels(
-    share_of: Callable[[Floats, Floats], Floats],
+    fraction_of: Callable[[Floats, Floats], Floats],
     maps: FaceMaps,
     seen: Mask,
     face: Ints,
     points: NDArray[np.float32],
     step: int,
 ) -> NDArray[np.float32]:
-    """Return share_of(normals, points) spread over the rays (h, w).
+    """Return fraction_of(normals, points) spread over the rays (h, w).
 
     It is evaluated in the centre of every step-th pixel.
     """
@@ -126,5 +126,5 @@ def _at_pixels(
     kept = number[middle][seen[middle]]
     there = points[kept].astype(float)
     field = np.ones(seen[middle].shape, np.float32)
-    field[seen[middle]] = share_of(maps.facing(face[kept], there), there)
+    field[seen[middle]] = fraction_of(maps.facing(face[kept], there), there)
     return np.asarray(cv2.resize(field, seen.shape[::-1], interpolation=cv2.INTER_LINEAR))

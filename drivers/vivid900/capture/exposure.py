@@ -15,7 +15,7 @@ WHITE_PERCENTILE = 90  # most of a page is paper; the brightest tenth may be glo
 DARK_LEVEL = 4  # below this there is only noise
 SATURATED = 255
 GAIN_STEP = 2**0.5  # brightness from one CCD gain to the next; the manual names the steps, not their size
-MIN_MEASURED_SHARE = 0.01  # fraction of the samples that a preview must have measured to be used
+MIN_MEASURED_FRACTION = 0.01  # fraction of the samples that a preview must have measured to be used
 DEPTH_PERCENTILES = (2, 98)  # percentiles of depth whose middle is the page's: values beyond may be outliers
 
 
@@ -25,7 +25,7 @@ def brightness(intensity: Bytes) -> float:
     intensity: (rows, cols), 0 to 255. Returns 0 when too few samples are lit.
     """
     lit = intensity[intensity >= DARK_LEVEL]
-    return float(np.percentile(lit, WHITE_PERCENTILE)) if lit.size > MIN_MEASURED_SHARE * intensity.size else 0.0
+    return float(np.percentile(lit, WHITE_PERCENTILE)) if lit.size > MIN_MEASURED_FRACTION * intensity.size else 0.0
 
 
 def corrected_exposure(parameters: Parameters, level: float, *, gain_is_fixed: bool = False) -> Parameters:
@@ -55,7 +55,7 @@ def centring_distance(points: Floats, pupil_mm: float) -> float | None:
     """
     depth = -points[..., 2]
     seen = depth[np.isfinite(depth)]
-    if seen.size <= MIN_MEASURED_SHARE * depth.size:
+    if seen.size <= MIN_MEASURED_FRACTION * depth.size:
         return None
     near, far = np.percentile(seen, DEPTH_PERCENTILES)
     return float(np.clip(2 / (1 / near + 1 / far) - pupil_mm, MIN_DISTANCE_MM, MAX_DISTANCE_MM))

@@ -18,7 +18,7 @@ MAX_DEPTHS = 7  # shots of one page at different depths; seven TELE windows reac
 OVERLAP = 0.15  # fraction of a window by which it overlaps its neighbour
 EDGE_BAND = 0.06  # samples this close to the end of the window, as a fraction of it, suggest that the surface goes on …
 MIN_WEIGHT = 0.05  # of a sample at the border of its window against one in focus
-EDGE_SHARE = 0.0005  # … when they are at least this fraction of all: 150 samples of a FINE shot
+EDGE_FRACTION = 0.0005  # … when they are at least this fraction of all: 150 samples of a FINE shot
 
 
 def average(frames: Sequence[Floats], mode: Mode) -> Floats:
@@ -78,7 +78,7 @@ def next_depth(points: Floats, lens: Lens, mode: Mode, distance_mm: int, *, near
     edge = inverse > 1 / near - EDGE_BAND * width if nearer else inverse < 1 / far + EDGE_BAND * width
     step = width * (1 - OVERLAP)
     centre = 1 / (distance_mm + lens.pupil_mm) + (step if nearer else -step)
-    if edge.mean() <= EDGE_SHARE or centre <= 0:
+    if edge.mean() <= EDGE_FRACTION or centre <= 0:
         return None
     distance = round(1 / centre - lens.pupil_mm)
     return distance if MIN_DISTANCE_MM <= distance <= MAX_DISTANCE_MM else None

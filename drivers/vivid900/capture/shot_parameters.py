@@ -25,7 +25,7 @@ SHOT_MODES = {"fine": ShotMode.FINE_COLOUR, "fast": ShotMode.FAST_COLOUR}
 AUTOFOCUS = {"commands.passive_autofocus", "commands.active_autofocus"}
 START_POWER = 30  # of the first preview where no autofocus chooses one: three stops from the strongest
 MAX_PREVIEWS = 4  # three stops each: enough from the weakest laser to the strongest
-REFOCUS_SHARE = 0.125  # fraction of the depth window that the page may be off centre before the shot is refocused
+REFOCUS_FRACTION = 0.125  # fraction of the depth window that the page may be off centre before the shot is refocused
 
 
 def choose_parameters(body: Body, settings: VividSettings, calibration: Calibration) -> Parameters:
@@ -121,6 +121,6 @@ def _preview(body: Body, parameters: Parameters) -> Pitch:
 def _refocused(points: Floats, calibration: Calibration, distance_mm: int) -> int:
     middle = exposure.centring_distance(points, calibration.pupil_mm)
     near, far = depth_window(LENSES[calibration.lens], FAST, distance_mm)
-    if middle is None or abs(middle - distance_mm) < REFOCUS_SHARE * (far - near):
+    if middle is None or abs(middle - distance_mm) < REFOCUS_FRACTION * (far - near):
         return distance_mm
     return round(middle)

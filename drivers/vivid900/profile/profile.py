@@ -128,7 +128,7 @@ class Profile(BaseModel):
     sense: dict[str, str] = {}
 
     @model_validator(mode="after")
-    def _can_be_told_apart(self) -> Self:
+    def _is_unambiguous(self) -> Self:
         for (name, one), (twin, other) in combinations(self.commands.items(), 2):
             if one.cdb.overlaps(other.cdb):
                 raise ValueError(f"{name} and {twin} can be the same bytes")

@@ -34,7 +34,7 @@ def closing_signs(positions: Floats, network: Network, signs: Floats) -> Iterato
     signs: (m,), by the normals.
     Yields (m,).
     """
-    ways, group = told_together(network.faces, network.sides, network.lengths, signs)
+    ways, group = orient_by_fans(network.faces, network.sides, network.lengths, signs)
     largest = group == np.bincount(group).argmax()
     known = np.where(largest, _turned(ways, group, signs), SMALL * signs)  # where it is not near, as they were
     yield known if largest.all() else _turned(ways, group, face_signs(positions, network.faces, known))
@@ -50,7 +50,7 @@ def _turned(ways: Floats, group: Ints, signs: Floats) -> Floats:
     return np.asarray(np.where(np.bincount(group, ways * signs)[group] < 0.0, -ways, ways))
 
 
-def told_together(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> tuple[Floats, Ints]:
+def orient_by_fans(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> tuple[Floats, Ints]:
     """Orient faces consistently where vertex fans allow one solution.
 
     Returns signs (m,), ±1 within a group, and group numbers (m,). Where the fans determine nothing, one group with the
@@ -79,7 +79,7 @@ def told_together(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> 
     # A fan of k faces closes in 2^(k − 1) ways: the last face stays, as the reverse is the same way.
     most = frexp(ways)[1]
     scratch = np.empty((2, max(most, np.diff(around.start).max(initial=0))))
-    _tell(np.flatnonzero(known), fans, *around, angles, signs, chance, most, parent, turn, *scratch)
+    _write_groups(np.flatnonzero(known), fans, *around, angles, signs, chance, most, parent, turn, *scratch)
     return turn, parent
 
 
@@ -89,7 +89,7 @@ def _gaps(angles: Floats) -> Floats:
 
 
 @numba.njit(cache=True)
-def _tell(
+def _write_groups(
     known: Ints, fans: Ints, start: Ints, corners: Ints, angles: Floats, signs: Floats, chance: float, most: int,
     parent: Ints, turn: Floats, chosen: Floats, found: Floats,
 ) -> None:  # fmt: skip

@@ -51,7 +51,7 @@ def angle_fans(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Fan
         np.zeros(faces.size),
         np.zeros(faces.size),
     )
-    count = _lay_out(opposite, angles, fan, first, start, end)
+    count = _unfold_fans(opposite, angles, fan, first, start, end)
     edge, one, other = _joints(sides, opposite)
     ends, begins = sides.edges[edge], faces.ravel()
     fans, directions = np.empty_like(ends), np.empty(ends.shape)
@@ -92,7 +92,7 @@ def _opposite(faces: Ints, sides: Sides) -> Ints:
 
 
 @numba.njit(cache=True)
-def _lay_out(opposite: Ints, angles: Floats, fan: Ints, first: Ints, start: Floats, end: Floats) -> int:
+def _unfold_fans(opposite: Ints, angles: Floats, fan: Ints, first: Ints, start: Floats, end: Floats) -> int:
     """Write the fan of every corner and the directions of its two sides.
 
     fan, start, end: (3·m,), the directions in rad in the corner's fan. Returns the number of fans, whose first corners

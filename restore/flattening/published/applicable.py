@@ -151,7 +151,7 @@ def _first_nodes(lattice: Lattice, feet: Floats, points: Floats) -> Floats:
     points: (n, 3) mm, at given feet (n, 2). Returns (count, 3) mm.
     """
     at, within = lattice.cells(feet)
-    place = _sparse(at, _shares(within), lattice.count)
+    place = _sparse(at, _fractions(within), lattice.count)
     return _solved(place.T @ place + BENDING * lattice.bending(), place.T @ points)
 
 
@@ -164,7 +164,7 @@ def _step(lattice: Lattice, bent: Bent, points: Floats, bending: csc_matrix) -> 
     normals = np.cross(*_tangents(nodes[at], within))
     normals /= np.maximum(np.linalg.norm(normals, axis=1), TINY)[:, None]
     distance = (normals * (points - _surface(nodes[at], within))).sum(axis=1)
-    attract = _vectors(at, _shares(within)[:, :, None] * normals[:, None], lattice.count)
+    attract = _vectors(at, _fractions(within)[:, :, None] * normals[:, None], lattice.count)
     pairs, spans = lattice.sides()
     lengths = _lengths(nodes, pairs)
     ways = (nodes[pairs[:, 1]] - nodes[pairs[:, 0]]) / lengths[:, None]
@@ -211,7 +211,7 @@ def _limited(steps: Floats, most: float) -> Floats:
     return np.asarray(steps * (most / np.maximum(lengths, most))[:, None])
 
 
-def _shares(within: Floats) -> Floats:
+def _fractions(within: Floats) -> Floats:
     """Return the weights (n, 4) of a cell's nodes at positions within (n, 2)."""
     x, y = within.T
     return np.stack([(1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y], axis=1)
@@ -222,7 +222,7 @@ def _surface(corners: Floats, within: Floats) -> Floats:
 
     corners: (n, 4, 3) mm.
     """
-    return np.asarray((_shares(within)[:, :, None] * corners).sum(axis=1))
+    return np.asarray((_fractions(within)[:, :, None] * corners).sum(axis=1))
 
 
 def _tangents(corners: Floats, within: Floats) -> tuple[Floats, Floats]:

@@ -63,7 +63,7 @@ def _painted(mesh: ValidMesh, source: SurfaceMesh, colours: Floats) -> SurfaceMe
     It has the provenance and findings of its source.
     colours: (n, 3).
     """
-    flat = _laid_out(mesh)
+    flat = _in_one_view(mesh)
     areas = np.abs(signed_areas(flat, mesh.faces))
     ppi = _picture_ppi(flat, areas)
     painted = page_map(flat, mesh.faces, colours, ppi)
@@ -77,7 +77,7 @@ def _painted(mesh: ValidMesh, source: SurfaceMesh, colours: Floats) -> SurfaceMe
     return SurfaceMesh(mesh.vertices, mesh.faces, texcoords, picture, provenance, findings=source.findings)
 
 
-def _laid_out(mesh: ValidMesh) -> Floats:
+def _in_one_view(mesh: ValidMesh) -> Floats:
     """Return the vertices (n, 2) mm as one view shows them, y up.
 
     By angles where no view shows all, or few have to be flattened.

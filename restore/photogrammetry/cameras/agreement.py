@@ -25,7 +25,7 @@ from restore.photogrammetry.cameras.sparse import BLURRED_PX, SAME_FOCAL, SIDE
 from restore.photogrammetry.errors import CardApart, Mirrored, NoPage, TooFewViews, ViewsApart
 from restore.scan import Bytes, Floats, Ints, Mask
 
-MIN_SHARE = 0.3  # of the patches that most views show: half a page under a hand leaves more
+MIN_FRACTION = 0.3  # of the patches that most views show: half a page under a hand leaves more
 MAX_RATIO = 4.0  # of a view's residuals to most views', each over its own uncertainty
 FREE_SHIFT = 0.05  # standard deviation of a principal point of which nothing is known, in widths of the picture
 SAME_CENTRE = 0.01  # of the width: stabilisation shifts a principal point by a tenth of it
@@ -41,7 +41,7 @@ def check_found(found: Mask, in_frame: Mask, views: Sequence[int]) -> None:
     """
     known = found.any(axis=0)
     fractions = (found & known).sum(axis=1) / np.maximum((in_frame & known).sum(axis=1), 1)
-    _raise_for(views, fractions < MIN_SHARE * np.median(fractions), Finding.of("other_page"))
+    _raise_for(views, fractions < MIN_FRACTION * np.median(fractions), Finding.of("other_page"))
 
 
 def check_residuals(residuals: Floats, sigma: Floats, view: Ints, views: Sequence[int]) -> None:

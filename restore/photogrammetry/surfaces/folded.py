@@ -42,7 +42,7 @@ RULED = 1e6  # next to a straight crease paper is ruled along it, or flat: there
 PAPERS = tuple(Paper(stiffness, along, UNCREASED) for along in (RULED, 1.0) for stiffness in (*STIFFNESSES, 1.0))
 PAIRS = 6  # of points on either side that determine the direction of a crease
 MIN_CREASE = 0.12  # radians, 7°: pieces that meet at less are one
-MIN_SHARE = 0.08  # of the points: a page folded in three both ways has facets of 0.11
+MIN_FRACTION = 0.08  # of the points: a page folded in three both ways has facets of 0.11
 MIN_COVERED = 0.8  # of the points, by pieces as large
 CREASE_MM = 20.0  # from a crease: as far as the gutter of a book bends
 GUTTER_MM = PROLONGED_MM + CREASE_MM  # from the print behind a crease: there the crease may be as far before it
@@ -318,7 +318,7 @@ def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = No
         return smooth
     try:
         if labels.max() == 0:  # a gutter without print parts no points
-            labels = find_crease(feet, smooth, MIN_SHARE).sides(feet, smooth.step / 2)
+            labels = find_crease(feet, smooth, MIN_FRACTION).sides(feet, smooth.step / 2)
             rough = Paper(SMOOTH_STIFFNESS, most_strain=UNCREASED)
             if _folded(points, feet, labels, smooth, rough).flattest_crease() is not None:
                 return smooth
@@ -345,8 +345,8 @@ def _creased(points: Floats, feet: Floats, labels: Ints, smooth: Surface, paper:
 
 
 def _large(labels: Ints) -> Ints:
-    """Labels (n,), −1 for points on none or on pieces of less than MIN_SHARE of them."""
-    large = np.bincount(labels[labels >= 0], minlength=1) >= MIN_SHARE * len(labels)
+    """Labels (n,), −1 for points on none or on pieces of less than MIN_FRACTION of them."""
+    large = np.bincount(labels[labels >= 0], minlength=1) >= MIN_FRACTION * len(labels)
     return np.where((labels >= 0) & large[labels], np.cumsum(large)[labels] - 1, -1)
 
 

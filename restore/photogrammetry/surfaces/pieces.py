@@ -15,7 +15,7 @@ from restore.scan import Floats, Ints, Mask
 
 NEAREST = 8  # points determine how far points are apart
 RADIUS = 3.2  # of a disc, in distances between points: thirty points, five to an unknown
-CLEAN_SHARE = 0.2  # of the discs hold no crease, even on a crumpled sheet: they determine the noise
+CLEAN_FRACTION = 0.2  # of the discs hold no crease, even on a crumpled sheet: they determine the noise
 LINKED = 2.5  # standard deviations, up to which a point is predicted
 NEAR = 2.2  # distances between points: farther, a quadratic predicts nothing reliably
 BEND = 0.006  # of their distance, by which points without a crease between them miss a quadratic: 6 µm to a millimetre
@@ -27,7 +27,7 @@ MIN_TURN = 0.1  # radians, 6°: a crease that turns by less is as well rounded
 CORE = 15  # points that make a piece
 WINDOW = 4.0  # radius of those in which two pieces are compared, in distances between points
 WINDOWS = 20  # along the border of two pieces
-MIN_BESIDE = 8  # points of a window on either side of the border: more than unknowns
+MIN_ON_EACH_SIDE = 8  # points of a window on either side of the border: more than unknowns
 WORSE = 1.15  # a median of twenty such ratios of noise alone is 1 to some hundredths
 CONTINUED = 3.0  # median of the predictions, where no window holds points of both pieces
 CUBIC = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))  # powers of x and y
@@ -68,7 +68,7 @@ def _discrepancies(discs: Discs, best: Ints, points: Floats, edges: Ints, bends:
     Each by its best disc (n,): the worse of the two.
     edges: (k, 2).
     """
-    sigma = float(np.quantile(discs.misfits[np.isfinite(discs.misfits)], CLEAN_SHARE))
+    sigma = float(np.quantile(discs.misfits[np.isfinite(discs.misfits)], CLEAN_FRACTION))
     ways = ((edges[:, 0], edges[:, 1]), (edges[:, 1], edges[:, 0]))
     return np.maximum(*(discs.discrepancies(best[one], points[other], bends, sigma) for one, other in ways))
 
@@ -168,7 +168,7 @@ def _numbered(labels: Ints) -> Ints:
 
 def _both(first: Mask) -> bool:
     """Whether a window holds enough points of both pieces to compare them."""
-    return bool(min(first.sum(), (~first).sum()) >= MIN_BESIDE)
+    return bool(min(first.sum(), (~first).sum()) >= MIN_ON_EACH_SIDE)
 
 
 def _misfit(points: Floats, first: Mask, radius: float) -> float:

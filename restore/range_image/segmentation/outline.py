@@ -64,7 +64,7 @@ def outline_of(page: Mask, table: Mask, plane: TablePlane) -> PageOutline:
 
     table: (rows, cols), samples.
     """
-    outline, apart = _beside(table, page & ~binary_erosion(page, border_value=1) & plane.measured, page)
+    outline, apart = _bordering_table(table, page & ~binary_erosion(page, border_value=1) & plane.measured, page)
     height = plane.height[outline]
     on_page = np.where(page & plane.measured, plane.height, -np.inf)
     # Over 2 to 4 mm a page goes on as at its outline.
@@ -97,7 +97,7 @@ def _within(mask: Mask, samples: int) -> Mask:
     return cv2.dilate(mask.astype(np.uint8), np.ones((2 * samples + 1, 2 * samples + 1), np.uint8)).astype(bool)
 
 
-def _beside(table: Mask, outline: Mask, page: Mask) -> tuple[tuple[Ints, Ints], Floats]:
+def _bordering_table(table: Mask, outline: Mask, page: Mask) -> tuple[tuple[Ints, Ints], Floats]:
     """Return where an outline is next to a table, and how far, samples.
 
     No other part of the page is between them.

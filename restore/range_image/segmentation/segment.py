@@ -20,7 +20,7 @@ from restore.range_image.segmentation.outline import frame_of
 from restore.range_image.segmentation.table import Table, find_table
 from restore.scan import Floats, Ints, Mask, RangeScan, with_findings
 
-MIN_SHARE = 0.02  # of the grid: a smaller piece is not a page
+MIN_FRACTION = 0.02  # of the grid: a smaller piece is not a page
 ANOTHER = 0.25  # of the largest surface: another page or leaf, or the rest of a torn one; a hand or a weight has less
 SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the image"
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
@@ -111,12 +111,12 @@ def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan
     """
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
     sheet = _labelled(scan, rays, samples, labels == max(int(np.argmax(sizes)), 1))
-    if sheet.fraction < MIN_SHARE:
+    if sheet.fraction < MIN_FRACTION:
         count = sheet.samples.sum()
-        small = count < MIN_SHARE * labels.size and count > MAJORITY * samples.sum()
+        small = count < MIN_FRACTION * labels.size and count > MAJORITY * samples.sum()
         hint = SMALL_HINT if small else SPARSE_HINT
         raise NotEnoughSurface(f"the largest connected surface covers {sheet.fraction:.1%} of the image", hint)
-    others = int((sizes >= max(ANOTHER * sizes.max(), MIN_SHARE * labels.size)).sum()) - 1
+    others = int((sizes >= max(ANOTHER * sizes.max(), MIN_FRACTION * labels.size)).sum()) - 1
     return sheet if others == 0 else replace(sheet, scan=_with_others(scan, others))
 
 
@@ -133,9 +133,9 @@ def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
     scan, table = _find_table(scan)
     samples = scan.measured & ~table.samples
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
-    large = np.flatnonzero(sizes >= MIN_SHARE * labels.size)
+    large = np.flatnonzero(sizes >= MIN_FRACTION * labels.size)
     pieces = [replace(_labelled(scan, rays, samples, labels == label), table=table.samples) for label in large]
-    pieces = [piece for piece in pieces if piece.fraction >= MIN_SHARE]
+    pieces = [piece for piece in pieces if piece.fraction >= MIN_FRACTION]
     said = _unconnected(samples, table, pieces) if pieces else []
     return [replace(piece, scan=with_findings(piece.scan, *said)) for piece in pieces]
 

@@ -20,7 +20,7 @@ from restore.range_image.segmentation.plane import TablePlane, fit_table_plane, 
 from restore.range_image.segmentation.surface import BORDER_BAND
 from restore.scan import Floats, Mask, RangeScan
 
-MIN_SHARE = 0.25  # of the band's samples on one plane, for a table
+MIN_FRACTION = 0.25  # of the band's samples on one plane, for a table
 MAX_PLANES = 2  # tried: a page that leaves the picture may have one in the band itself; parts of a bent one have more
 MESH_APART = 4  # samples of the view of a mesh, more than a vertex lies from the next: within a face noise is linear
 
@@ -54,7 +54,7 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
         if others.sum() < MIN_SAMPLES:
             break
         plane, own = fit_table_plane(scan, inverse_depth, others, 1 if framed else MESH_APART)
-        if not (own & plane.samples).any() or (band & plane.samples).sum() < MIN_SHARE * others.sum():
+        if not (own & plane.samples).any() or (band & plane.samples).sum() < MIN_FRACTION * others.sum():
             break
         found = _in_picture(plane, colour, band, own) if framed else _in_view(plane, colour, band, own)
         if found is not None:
@@ -70,7 +70,7 @@ def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask)
     differs.
     """
     coloured = None if colour is None else table_by_colour(colour, plane, band, own)
-    if coloured is not None and _tells(coloured):
+    if coloured is not None and _is_sheet_on_table(coloured):
         return Table(coloured.samples, alike=coloured.alike)
     samples = table_by_depth(plane)
     if samples is None:
@@ -81,7 +81,7 @@ def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask)
     return Table(samples, outline.touching) if surrounded or outline.clear > MAJORITY else None
 
 
-def _tells(coloured: ColouredTable) -> bool:
+def _is_sheet_on_table(coloured: ColouredTable) -> bool:
     """Whether what has not the colour of a table is a sheet on it.
 
     It lies flat or ends in the picture on all sides; but what is darker may be a figure, and the "table" the page: then
@@ -115,4 +115,4 @@ def _surrounds(on_plane: Mask, band: Mask) -> bool:
     One side of a fold that fills the image is on three.
     """
     sides = (np.s_[:BORDER_BAND], np.s_[-BORDER_BAND:], np.s_[:, :BORDER_BAND], np.s_[:, -BORDER_BAND:])
-    return all((on_plane & band)[side].sum() > MIN_SHARE * band[side].sum() for side in sides)
+    return all((on_plane & band)[side].sum() > MIN_FRACTION * band[side].sum() for side in sides)

@@ -74,10 +74,10 @@ class _Repair:
         """
         done = dict[Problem, Repaired]()
         for problem in sorted(self._problems, key=_urgency):
-            done[problem] = self._mend(problem)
+            done[problem] = self._repaired(problem)
         return [done[problem] for problem in self._problems]
 
-    def _mend(self, problem: Problem) -> Repaired:
+    def _repaired(self, problem: Problem) -> Repaired:
         try:
             for way, how in self._ways(problem):
                 if way():

@@ -133,7 +133,7 @@ def reindex(index: Path, folders: Iterable[Path]) -> list[str]:
         new = Path(work) / index.name
         with _opened(new) as database:
             for folder in _sessions_below(starts, problems):
-                _enter_or_tell(database, folder, problems)
+                _enter_or_report(database, folder, problems)
         _replace_database(index, new)
     return problems
 
@@ -245,7 +245,7 @@ def _write(database: sqlite3.Connection, session: Session) -> None:
     database.executemany(f"insert into pages values ({_marks(PageEntry)})", [astuple(page) for page in own])
 
 
-def _enter_or_tell(database: sqlite3.Connection, folder: Path, problems: list[str]) -> None:
+def _enter_or_report(database: sqlite3.Connection, folder: Path, problems: list[str]) -> None:
     """Write the entries of the session in a folder.
 
     Or add to `problems` why that is not possible.

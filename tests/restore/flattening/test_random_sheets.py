@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from oracles.outcome import MAX_STRAIN, Outcome, flatten_and_judge
+from oracles.outcome import MAX_STRAIN, Outcome, flatten_and_compare
 from oracles.overlaps import overlapping_pairs
 from oracles.random_sheets import KINDS, OUTLINES, random_sheet
 
@@ -15,12 +15,12 @@ UNTANGLED_MM = 0.4  # rms; a tangle puts whole spacings, 10 mm, in the wrong pla
 
 @pytest.mark.parametrize("seed", range(ORDINARY))
 def test_a_random_sheet_comes_out_whole(seed):
-    assert complaint(flatten_and_judge(random_sheet(seed))) == ""
+    assert complaint(flatten_and_compare(random_sheet(seed))) == ""
 
 
 @pytest.mark.parametrize("seed", TANGLED)
 def test_a_tangle_is_undone_for_good(seed):
-    assert flatten_and_judge(random_sheet(seed)).rms_mm < UNTANGLED_MM
+    assert flatten_and_compare(random_sheet(seed)).rms_mm < UNTANGLED_MM
 
 
 @pytest.mark.slow
@@ -34,7 +34,7 @@ def test_a_tangle_is_undone_for_good(seed):
     ],
 )
 def test_every_other_one_does_too(seed):
-    assert complaint(flatten_and_judge(random_sheet(seed))) == ""
+    assert complaint(flatten_and_compare(random_sheet(seed))) == ""
 
 
 def complaint(found: Outcome) -> str:

@@ -7,7 +7,16 @@ import pytest
 from scipy.spatial import cKDTree
 
 from restore.errors import NotEnoughSurface
-from restore.mesh.clean import MAX_PIECES, MIN_PIECE_SHARE, RAW_RATIO, clean, large_pieces, select, weld, without_debris
+from restore.mesh.clean import (
+    MAX_PIECES,
+    MIN_PIECE_FRACTION,
+    RAW_RATIO,
+    clean,
+    large_pieces,
+    select,
+    weld,
+    without_debris,
+)
 from restore.mesh.network import make_network, pieces
 from restore.mesh.topology import Topology
 from restore.mesh.triangulate import triangulate
@@ -66,7 +75,7 @@ def test_debris_is_dropped_and_the_pieces_of_a_torn_page_are_kept(camera):
     rows, cols = camera.indices
     halves = (np.abs(cols - 100 - 10 * np.sin(rows / 20)) > 2) & (cols > 20) & (rows > 20)
     scrap = (cols < 8) & (rows < 8)
-    assert scrap.sum() < MIN_PIECE_SHARE * halves.sum()
+    assert scrap.sum() < MIN_PIECE_FRACTION * halves.sum()
     mesh = raw(camera, inside=halves | scrap)
     assert count_pieces(mesh) == 3
     cleaned = clean(mesh, 1000)

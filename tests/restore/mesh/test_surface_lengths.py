@@ -169,7 +169,7 @@ def test_what_lies_beside_a_crease_is_not_smoothed(patch):
     vertices = np.column_stack([off * np.cos(SLOPE), flat[:, 1], np.abs(off) * np.sin(SLOPE)])
     jets = Jets(normals, np.zeros(len(off)), np.zeros((len(off), 3, 3)))
     for steepest in (module.CREASE, np.pi):  # by its turn, and as the way goes over it
-        smooth = module._beside_no_crease(vertices, jets, edges, steepest)
+        smooth = module._away_from_creases(vertices, jets, edges, steepest)
         np.testing.assert_array_equal(smooth, np.setdiff1d(np.arange(len(flat)), edges[over]))
     assert len(smooth) < len(flat)
 
@@ -196,7 +196,7 @@ def test_steep_bends_are_no_creases_where_noise_is_worse_than_what_patches_leave
     turned = module._turns(jets.normals, edges)
     assert np.median(turned) > module.CREASE
     assert steepest > np.quantile(turned, 0.99)
-    assert len(module._beside_no_crease(vertices, jets, edges, steepest)) > MAX_SMOOTH * len(vertices)
+    assert len(module._away_from_creases(vertices, jets, edges, steepest)) > MAX_SMOOTH * len(vertices)
 
 
 def test_steep_bends_without_noise_are_not_put_on_patches_that_cut_them_short():
@@ -210,7 +210,7 @@ def test_creases_stand_out_among_noise(patch):
     noise = np.random.default_rng(2).normal(scale=NOISE_MM, size=len(flat))
     vertices = np.column_stack([off * np.cos(SLOPE), flat[:, 1], np.abs(off) * np.sin(SLOPE) + noise])
     jets = patches(vertices, faces, edges)
-    smooth = module._beside_no_crease(vertices, jets, edges, module._steepest_bend(jets, edges))
+    smooth = module._away_from_creases(vertices, jets, edges, module._steepest_bend(jets, edges))
     ends = np.unique(edges[off[edges].prod(axis=1) < 0])
     assert np.isin(ends, smooth).mean() < LOST
     assert np.isin(np.setdiff1d(np.arange(len(flat)), ends), smooth).mean() > MAX_SMOOTH

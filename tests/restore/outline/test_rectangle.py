@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from restore.mesh.topology import Topology
 from restore.outline.rectangle import (
-    CORNER_SHARE,
+    CORNER_FRACTION,
     MIN_TORN_FILL,
     SIDE_BAND_MM,
     fills_rectangle,
@@ -166,7 +166,7 @@ def test_a_tag_a_dent_and_rough_sides_do_not_change_the_size():
     outline = rectangle() + np.random.default_rng(1).normal(0, 0.1, (400, 2))
     outline[150:155, 1] += 1.5  # a tag on the upper side
     outline[250:260, 0] += 1.5  # a dent in the left
-    corner = np.abs(outline @ [1, 1]) > (0.5 - CORNER_SHARE / 2) * (WIDTH + HEIGHT)
+    corner = np.abs(outline @ [1, 1]) > (0.5 - CORNER_FRACTION / 2) * (WIDTH + HEIGHT)
     outline[corner] *= 0.99
     np.testing.assert_allclose(page_size(outline), [WIDTH, HEIGHT], atol=NOISY_SIZE_MM)
 

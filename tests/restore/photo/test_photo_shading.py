@@ -20,7 +20,7 @@ from restore.texture.page import paint_page
 
 DPI = 80.0
 EVEN_LIGHT = Exposure(ambient=1.0, falloff=0.0, noise=0.0, colour=(1.0, 1.0, 1.0))
-PAPER_SHARE = 0.98  # in the truth, of the codes of bare paper, which is a third of the page; its edges are greyer
+PAPER_FRACTION = 0.98  # in the truth, of the codes of bare paper, which is a third of the page; its edges are greyer
 LIT = 0.25  # of the light: what lamp and folds do to nine tenths of the paper, more than that
 LEFT = 0.06  # of it after: the noise of two pictures, 1.5 % rms each, and the edges of folds
 LEVEL = 0.02  # by so much two parts of a page may differ; the eye sees no step that small across 3 mm
@@ -61,7 +61,7 @@ def test_every_picture_loses_its_own_light(figure, close_up, truth, relief):
     painting, (told,) = paint_registered(figure.page, close_up, DPI)
     assert 0.2 < told["textured_fraction"] < 0.9
     darkest = truth.min(axis=2)
-    paper = painting.mask & (darkest > PAPER_SHARE * np.percentile(darkest[painting.mask], 80))
+    paper = painting.mask & (darkest > PAPER_FRACTION * np.percentile(darkest[painting.mask], 80))
     paper = cv2.erode(paper.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     cells, _ = paint_registered(figure.page, close_up, LIGHT_DPI)
     evened = remove_registered_shading(figure.page, close_up, relief, cells, painting, DPI)

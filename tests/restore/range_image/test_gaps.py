@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from restore.range_image.border import _gaps_beside, _steep_gaps
+from restore.range_image.border import _gaps_at_border, _steep_gaps
 from restore.range_image.gaps import gaps_of_rows
 from restore.range_image.segmentation.segment import MAX_LOST, _interpolated
 
@@ -48,7 +48,7 @@ def test_a_wide_gap_at_the_edge_of_the_sheet_counts_unless_a_shadow_lies_in_it(m
     for row, last, col in gaps(measured):
         leads = col - last > MAX_LOST and inside[row, last] != inside[row, col]
         wanted += leads and not shadow[row, last + 1 : col].any()
-    assert _gaps_beside(measured, inside, shadow) == wanted
+    assert _gaps_at_border(measured, inside, shadow) == wanted
 
 
 @pytest.mark.parametrize("longest", [1, 3])

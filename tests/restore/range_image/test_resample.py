@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from restore.camera.rays import find_rays
-from restore.range_image.resample import MIN_VERTICES, STEEP_SHARE, resample
+from restore.range_image.resample import MIN_VERTICES, STEEP_FRACTION, resample
 from restore.scan import SurfaceMesh
 
 WIDTH, HEIGHT = 280.0, 200.0
@@ -86,7 +86,7 @@ def test_the_steepest_part_of_a_page_is_sampled_as_densely_as_its_vertices():
     """The curl stands at ±0.93 radians at its ends, and 5 % of it more steeply than 0.89."""
     page = mesh(curl)
     shadow = np.sin(WIDTH / 2 / 150) / (WIDTH / 2 / 150)
-    wanted = len(page.vertices) * shadow / np.cos((1 - STEEP_SHARE) * WIDTH / 2 / 150) ** 2
+    wanted = len(page.vertices) * shadow / np.cos((1 - STEEP_FRACTION) * WIDTH / 2 / 150) ** 2
     assert resample(page)[0].measured.sum() == pytest.approx(wanted, rel=2 * BORDER_SHARE)
 
 

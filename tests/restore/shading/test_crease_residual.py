@@ -137,8 +137,8 @@ def test_compiled_and_plain_python_agree():
     across = np.dstack([np.cos(turn), np.sin(turn)])
     results = []
     for bright_of, beside in (
-        (module._bright, module._beside),
-        (module._bright.py_func, module._beside.py_func),
+        (module._bright, module._ratio_to_sides),
+        (module._bright.py_func, module._ratio_to_sides.py_func),
     ):
         bright, out = np.full((20, 34), np.nan, np.float32), np.ones((20, 34), np.float32)
         bright_of(brightness, inside, across, near, 10, bright)

@@ -74,7 +74,7 @@ class TestProjectorBeside(RigContract):
 
 
 class TestProjectorAbove(RigContract):
-    plan = replace(PLAN, beside_deg=90.0)
+    plan = replace(PLAN, projector_deg=90.0)
 
 
 class TestBrightRoom(RigContract):

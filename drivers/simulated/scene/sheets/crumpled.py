@@ -19,7 +19,7 @@ from drivers.simulated.scene.sheets.sheet import PageSize, corners, parameters
 from restore.scan import Floats, Ints
 
 NARROW_MM = 5.0  # paper of 0.1 mm does not hold pleats much narrower than this when crumpled by hand …
-MAX_NARROW_SHARE = 0.1  # … but corners where creases meet are narrow: they may cover this fraction of the page
+MAX_NARROW_FRACTION = 0.1  # … but corners where creases meet are narrow: they may cover this fraction of the page
 TRIALS = 500  # planes tried for one crease; where none fits, the sheet is as crumpled as its steepest slope allows
 
 
@@ -119,7 +119,7 @@ def _crease(
         up = 2 * (normals[reached] @ plane[:3]) * plane[2] - normals[reached, 2]  # a mirror turns the normal round
         if (
             up.min() > np.cos(np.radians(sheet.steep_deg))
-            and _narrow(trial := _mirror(facets, plane)) < MAX_NARROW_SHARE
+            and _narrow(trial := _mirror(facets, plane)) < MAX_NARROW_FRACTION
         ):
             return plane, trial
     return None

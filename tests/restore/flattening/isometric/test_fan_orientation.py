@@ -6,7 +6,7 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from restore.flattening.isometric.fan_orientation import MAX_WAYS, closing_signs, told_together
+from restore.flattening.isometric.fan_orientation import MAX_WAYS, closing_signs, orient_by_fans
 from restore.mesh.adjacency import sides_of
 from restore.mesh.measures import signed_areas, straight_lengths
 from restore.mesh.network import make_network
@@ -118,7 +118,7 @@ def test_no_fan_tells_of_a_face_in_the_corner(warped):
     flat, faces = page.folded_over(), page.mesh.faces
     sides, corners = sides_of(faces), np.bincount(faces.ravel()) == 1
     assert corners.any()
-    _, group = told_together(faces, sides, straight_lengths(flat, sides.edges), np.ones(len(faces)))
+    _, group = orient_by_fans(faces, sides, straight_lengths(flat, sides.edges), np.ones(len(faces)))
     alone = np.bincount(group)[group] == 1
     np.testing.assert_array_equal(alone[corners[faces].any(axis=1)], True)
     assert alone.mean() < 0.02
@@ -168,7 +168,9 @@ def test_a_torn_mesh_with_a_tenth_of_its_signs_wrong_is_put_right(warped, rng, s
 def test_compiled_and_plain_python_agree(warped, plain):
     flat, faces, true, sides = folded_over(warped)
     lengths, signs = straight_lengths(flat, sides.edges), np.ones(len(faces))
-    compiled = told_together(faces, sides, lengths, signs)
-    assert {"_tell", "_ways", "_join"} <= set(plain(import_module("restore.flattening.isometric.fan_orientation")))
-    np.testing.assert_array_equal(told_together(faces, sides, lengths, signs), compiled)
+    compiled = orient_by_fans(faces, sides, lengths, signs)
+    assert {"_write_groups", "_ways", "_join"} <= set(
+        plain(import_module("restore.flattening.isometric.fan_orientation"))
+    )
+    np.testing.assert_array_equal(orient_by_fans(faces, sides, lengths, signs), compiled)
     np.testing.assert_array_equal(closed(flat, faces, lengths, signs), true)

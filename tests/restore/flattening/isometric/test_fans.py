@@ -86,6 +86,6 @@ def test_each_side_is_joined_to_the_one_before_it_at_its_edge(faces):
 def test_compiled_and_plain_python_agree(warped, plain):
     page = warped("fold", count=80)
     compiled = fans_of(page.flat, page.mesh.faces)
-    assert "_lay_out" in plain(import_module("restore.flattening.isometric.fans"))
+    assert "_unfold_fans" in plain(import_module("restore.flattening.isometric.fans"))
     for one, other in zip(compiled, fans_of(page.flat, page.mesh.faces), strict=True):
         np.testing.assert_allclose(one, other, atol=ROUNDING)

@@ -8,7 +8,7 @@ import pytest
 from drivers.simulated import MultiFold, Opening
 from oracles.printed_points import rounded, sampled
 from restore.photogrammetry.surfaces.crease import LATTICE_MM, Crease, find_crease
-from restore.photogrammetry.surfaces.folded import MIN_SHARE
+from restore.photogrammetry.surfaces.folded import MIN_FRACTION
 from restore.photogrammetry.surfaces.surface import Surface, grid_places
 
 OFFSET = -17
@@ -21,7 +21,7 @@ def test_the_spine_of_a_book_is_found(blank_mm):
     points, flat = sampled(OPENING)
     points = points[np.abs(flat[:, 0] - OFFSET) >= blank_mm]
     smooth, feet = rounded(OPENING, points)
-    crease = find_crease(feet, smooth, MIN_SHARE)
+    crease = find_crease(feet, smooth, MIN_FRACTION)
     assert np.degrees(np.arctan(crease.across[1] / crease.across[0])) == pytest.approx(0.0, abs=1.0)
     assert crease.offset * crease.across[0] == pytest.approx(OFFSET, abs=2 * LATTICE_MM)
 
@@ -31,7 +31,7 @@ def test_a_slanted_crease_is_found(slant_deg):
     sheet = MultiFold(creases=((5.0, slant_deg, 40.0),))
     points, _ = sampled(sheet)
     smooth, feet = rounded(sheet, points)
-    crease = find_crease(feet, smooth, MIN_SHARE)
+    crease = find_crease(feet, smooth, MIN_FRACTION)
     sides = crease.beyond(feet) > 0
     normals = smooth.normals(feet)[np.abs(crease.beyond(feet)) > smooth.step]
     beyond = sides[np.abs(crease.beyond(feet)) > smooth.step]
@@ -41,7 +41,7 @@ def test_a_slanted_crease_is_found(slant_deg):
 
 def test_a_flat_page_has_a_line_with_points_on_both_sides():
     places = grid_places(np.array([-60.0, -40.0]), np.array([60.0, 40.0]), 5.0)
-    crease = find_crease(places, Surface.level(np.array([-70.0, -50.0]), np.array([70.0, 50.0]), 1.0), MIN_SHARE)
+    crease = find_crease(places, Surface.level(np.array([-70.0, -50.0]), np.array([70.0, 50.0]), 1.0), MIN_FRACTION)
     beyond = crease.beyond(places) > 0
     assert 0 < beyond.sum() < len(places)
 

@@ -11,7 +11,7 @@ from restore.range_image.segmentation.segment import (
     CLOSING_DIAMETER,
     MAX_LOST,
     MAX_LOST_ON_TABLE,
-    MIN_SHARE,
+    MIN_FRACTION,
     fill_outline,
     find_pieces,
     find_sheet,
@@ -222,7 +222,7 @@ def test_the_steepest_measurable_walls_do_not_divide_a_sheet(camera):
 
 def small(camera):
     area = np.zeros(camera.shape, bool)
-    side = int(np.sqrt(0.9 * MIN_SHARE * area.size))
+    side = int(np.sqrt(0.9 * MIN_FRACTION * area.size))
     area[40 : 40 + side, 60 : 60 + side] = True
     return area
 
