@@ -19,7 +19,9 @@ from restore.formats.cleaning.texture_map import with_oriented_map
 from restore.formats.cleaning.vertex_colours import with_picture
 from restore.formats.clouds.arrays import read_arrays
 from restore.formats.clouds.cloud import MAX_BYTES, Cloud, Size, scaled
-from restore.formats.clouds.grid_size import AUTO_GRID, parse_grid
+from restore.formats.clouds.depth_image import DEPTHS, check_depth, is_depth_folder, read_depth
+from restore.formats.clouds.grid_size import parse_grid
+from restore.formats.clouds.intrinsics import intrinsics_in
 from restore.formats.clouds.organised import organised_scan
 from restore.formats.clouds.pcd import read_pcd
 from restore.formats.clouds.ply_cloud import has_faces, ply_cloud
@@ -50,9 +52,11 @@ __all__ = [
     "IMAGE_SUFFIXES",
     "READERS",
     "SCAN_SUFFIXES",
+    "check_depth",
     "check_unit",
     "encode_png",
     "load_scan",
+    "parse_grid",
     "png_parts",
     "read_bytes",
     "read_image",
@@ -68,10 +72,11 @@ FileReader = Callable[[Path, Bytes | None], Read]
 
 
 class Reading(NamedTuple):
-    """How a file is read: its unit, and the size of its grid where that was given."""
+    """How a file is read: its unit, the size of its grid, the kind of its depths."""
 
     unit: str = AUTO
     grid: Size | None = None
+    depth: str = AUTO
 
 
 Reader = Callable[[Path, Bytes | None, Reading], RangeScan | SurfaceMesh]
@@ -98,6 +103,11 @@ def _of_cloud(path: Path, cloud: Cloud, picture: Bytes | None, unit: str) -> Ran
     if cloud.size is None:
         raise BadInput(f"{path} holds no surface: it has no triangle", NO_FACES)
     return organised_scan(path, cloud, picture)
+
+
+def _depth(path: Path, picture: Bytes | None, how: Reading) -> RangeScan:
+    """Read a depth image, in millimetres."""
+    return organised_scan(path, read_depth(path, how.unit, how.depth), picture)
 
 
 def _ply(path: Path, picture: Bytes | None, how: Reading) -> RangeScan | SurfaceMesh:
@@ -134,19 +144,20 @@ SCAN_SUFFIXES = tuple(READERS)
 
 @checks_types
 def load_scan(
-    path: Path | str, texture: Path | str | None = None, *, unit: str = AUTO, grid: str = AUTO_GRID
+    path: Path | str, texture: Path | str | None = None, *, unit: str = AUTO, grid: str = AUTO, depth: str = AUTO
 ) -> RangeScan | SurfaceMesh:
     r"""Read a scan file or a scan folder.
 
     A mesh that is one capture of a scanner is returned on its range grid.
 
     path     a file with one of the extensions of READERS, a folder that `save_scan` wrote, a `tifxyz` folder,
-             or one of captured patterns of structured light.
+             one of captured patterns of structured light, or one of a depth image with its intrinsics.
     texture  a picture to use instead of the file's own. Without it a file that names none takes the picture of the
              same name in its folder.
     unit     of a mesh's coordinates: mm, cm, m, in, the edge of a voxel as 7.91um, or auto for the unit of the format,
              mm where it has none.
     grid     columns and rows of an organised cloud, as 2064x1544, where its file does not state them.
+    depth    of a depth image, where its file leaves it open: along the camera's axis (axis), or of the ray (ray).
     A segment of a CT volume comes back as a GridMesh. Doubled faces are merged, and the charts of a texture atlas put
     together. `provenance` names the unit; `findings` go into the report.
     Raises BadInput for a missing, damaged or unknown file.
@@ -162,11 +173,14 @@ def load_scan(
     """
     path = Path(path)
     check_unit(unit)
-    how = Reading(unit, parse_grid(grid))
+    check_depth(depth)
+    how = Reading(unit, parse_grid(grid), depth)
     given_picture = None if texture is None else read_image(Path(texture))
     if is_folder(path):
         if is_tifxyz(path):
             return _segment(read_tifxyz)(path, given_picture, how)
+        if is_depth_folder(path):
+            return _depth(path, given_picture, how)
         if given_picture is not None:
             raise BadInput(f"{path}: a scan folder has its own image", "leave --texture out")
         return _in_its_unit(path, read_captures(path) if is_captures(path) else read_folder(path), unit)
@@ -184,6 +198,8 @@ def _reader(path: Path) -> Reader:
     for extension, reader in READERS.items():
         if name.endswith(extension):
             return reader
+    if path.suffix.lower() in DEPTHS and is_file(path) and intrinsics_in(path.parent) is not None:
+        return _depth
     if not is_file(path):
         read_bytes(path)  # raises what is wrong with it
     kinds = ", ".join(sorted(READERS))

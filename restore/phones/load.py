@@ -27,11 +27,13 @@ class Capture:
 
 
 @checks_types
-def load_capture(path: Path | str, texture: Path | str | None = None, *, unit: str = AUTO) -> Capture:
+def load_capture(
+    path: Path | str, texture: Path | str | None = None, *, unit: str = AUTO, grid: str = AUTO, depth: str = AUTO
+) -> Capture:
     """Read a scan as `load_scan` does, or the page and photographs of a phone's folder.
 
     path: as for `load_scan`, or a folder that Polycam (raw data) or 3d Scanner App (all data) exported. Such a folder
-    is in metres and has its own photographs. texture, unit: as for `load_scan`.
+    is in metres and has its own photographs. texture, unit, grid, depth: as for `load_scan`.
     Raises BadInput as `load_scan`, and for a phone's folder with a texture, NotEnoughSurface when the photographs of
     such a folder show no paper.
 
@@ -46,7 +48,7 @@ def load_capture(path: Path | str, texture: Path | str | None = None, *, unit: s
     """
     path = Path(path)
     if not is_phone_capture(path):
-        return Capture(load_scan(path, texture, unit=unit))
+        return Capture(load_scan(path, texture, unit=unit, grid=grid, depth=depth))
     if texture is not None:
         raise BadInput(f"{path} has its own photographs", "leave --texture out; --photo adds another")
     from restore.phones.capture import load_phone_capture  # brings photogrammetry, which no other scan needs

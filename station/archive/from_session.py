@@ -17,6 +17,7 @@ from restore import BadInput, RangeScan, SurfaceMesh, load_scan
 from restore.files import read_regular
 from station.archive.volume import UNLABELLED, Event, Page, Role, Section, StoredFile, Volume
 from station.errors import UsageError
+from station.run.options import reading_of
 from station.session import Event as SessionEvent
 from station.session import History, Session, scan_path
 from station.session import Page as SessionPage
@@ -138,7 +139,7 @@ def scan_of(session: Session, page: Page) -> RangeScan | SurfaceMesh:
         raise BadInput(f"page {page.name} was photographed and has no scan", "export images: --to tiff, pdf or bagit")
     run = current.runs.get(RESTORE)
     reading = current.capture.facts if run is None else run.facts.get("parameters", {})
-    return load_scan(scan_path(session, current.capture), unit=str(reading.get("unit", "auto")))
+    return load_scan(scan_path(session, current.capture), **reading_of(reading))
 
 
 def _events_of(page: SessionPage) -> Iterator[SessionEvent]:

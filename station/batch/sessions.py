@@ -20,7 +20,7 @@ from station.batch.progress import Done, Event, Pace, Show
 from station.batch.run_tasks import run
 from station.errors import StationError, explain
 from station.intake.once import is_range_image
-from station.run.options import AUTO, RunOptions
+from station.run.options import AUTO, READING, RunOptions
 from station.run.peak_memory import peak_memory_mib
 from station.session import Event as SessionEvent
 from station.session import Session, Writer, record_run, scan_path
@@ -156,6 +156,8 @@ def plan_session(name: str, writer: Writer, options: RunOptions) -> Iterator[Ses
         parameters = parameters_of(session, page, preset)
         if parameters["unit"] == AUTO and not is_range_image(source):
             parameters["unit"] = options.unit
+        given = {name: getattr(options, name) for name in READING if name != "unit"}
+        parameters = {name: value for name, value in given.items() if value != AUTO} | parameters
         size = sum(session.path(page.capture, file).stat().st_size for file in page.capture.files)
         folder, inputs = writer.staging(f"batch-{page.number:04}"), tuple(inputs_of(session, page))
         yield SessionTask(name, page.number, source, parameters, folder, size, inputs)

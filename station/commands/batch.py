@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.commands.options import MAX_S, Debug, Json, Kinds, Out, Restoration, Unit, grouped, run_options
+from station.commands.options import (
+    MAX_S,
+    Debug,
+    FileReading,
+    Json,
+    Kinds,
+    Out,
+    Restoration,
+    grouped,
+    reading_options,
+    run_options,
+)
 from station.commands.terminal import print_note, print_result, report_faults
 from station.errors import SET_ASIDE, UsageError
 
@@ -58,12 +69,12 @@ def batch(
     output: Out,
     chosen: Restoration,
     kinds: Kinds,
+    reading: FileReading,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
     memory_limit: MemoryLimit = None,
     page_timeout: PageTimeout = 3600.0,
     quality_preset: QualityPreset = "book",
-    unit: Unit = "auto",
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -84,7 +95,7 @@ def batch(
             raise UsageError(
                 f"--memory-limit: in {memory_limit} MiB no page is restored", f"give {MIN_MIB} or more, or 0"
             )
-        options = run_options("batch", kinds, chosen, unit=unit)
+        options = run_options("batch", kinds, chosen, **reading_options(reading))
         limits = load_preset(quality_preset).thresholds
         count = jobs or len(os.sched_getaffinity(0))
         if memory_limit is None and scheduler is None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from station.commands.options import Debug, Json, Unit
+from station.commands.options import Debug, FileReading, Json, grouped, reading_options
 from station.commands.sessions import Index, find_session
 from station.commands.terminal import print_result, report_faults
 from station.progress import progress_on
@@ -28,11 +28,12 @@ ROW = "{:>5}  {:<6} {:<7} {:<16} {:<8} {}"
 HEADING = ROW.format("page", "advice", "spine", "widths mm", "by hand", "reason")
 
 
+@grouped
 def layout(
     scan: Annotated[
         str, typer.Argument(metavar="SCAN|SESSION", help="A scan, as `planish restore` takes it, or a session.")
     ],
-    unit: Unit = "auto",
+    reading: FileReading,
     texture: Annotated[Path | None, typer.Option(help="The colour image, where the scan has none.")] = None,
     index: Index = None,
     as_json: Json = False,
@@ -44,7 +45,7 @@ def layout(
 
         folder = _session_of(index, scan)
         if folder is None:
-            finding = _finding(Path(scan), texture, unit)
+            finding = _finding(Path(scan), texture, reading)
             print_result(json.dumps(finding, indent=2) if as_json else "\n".join(_lines(finding)))
             return
         from station.session import read_session
@@ -74,12 +75,12 @@ def _session_of(index: Path | None, name: str) -> Path | None:
         return None
 
 
-def _finding(scan: Path, texture: Path | None, unit: str) -> Mapping[str, Any]:
+def _finding(scan: Path, texture: Path | None, reading: FileReading) -> Mapping[str, Any]:
     """Return the layout of a scan as JSON values. Raises BadInput."""
     from restore import BadInput, find_layout, load_scan
 
     try:
-        return find_layout(load_scan(scan, texture, unit=unit)).as_json()
+        return find_layout(load_scan(scan, texture, **reading_options(reading))).as_json()
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or scan}: {error.strerror}", "check the path") from error
 

@@ -55,11 +55,24 @@ def require_suffix(output: Path, suffix: str) -> None:
 
 def unit_name(text: str) -> str:
     """The unit that an option names. Raises BadParameter for another text."""
-    from restore import BadInput
-    from restore.formats import check_unit
+    return _checked(text, "check_unit")
+
+
+def grid_size(text: str) -> str:
+    """The size of a grid that an option names. Raises BadParameter for another text."""
+    return _checked(text, "parse_grid")
+
+
+def depth_kind(text: str) -> str:
+    """The kind of depth that an option names. Raises BadParameter for another text."""
+    return _checked(text, "check_depth")
+
+
+def _checked(text: str, by: str) -> str:
+    from restore import BadInput, formats
 
     try:
-        check_unit(text)
+        getattr(formats, by)(text)
     except BadInput as error:
         raise typer.BadParameter(f"{error}: {error.hint}") from error
     return text
@@ -250,10 +263,32 @@ Unit = Annotated[
 
 
 @dataclass(frozen=True)
-class Reading:
-    """How a scan file is read, and which of its sheets become pages."""
+class FileReading:
+    """How a scan file is read, where it leaves that open."""
 
     unit: Unit = "auto"
+    grid: Annotated[
+        str,
+        typer.Option(
+            metavar="COLSxROWS",
+            parser=grid_size,
+            help="Size of an organised cloud, as 2064x1544; auto: as its file says, or its points show.",
+        ),
+    ] = "auto"
+    depth: Annotated[
+        str,
+        typer.Option(
+            metavar="axis|ray",
+            parser=depth_kind,
+            help="Depths of an image: along the camera's axis, or of the ray; auto: as its file says.",
+        ),
+    ] = "auto"
+
+
+@dataclass(frozen=True)
+class Reading(FileReading):
+    """How a scan file is read, and which of its sheets become pages."""
+
     scale: Annotated[
         str | None,
         typer.Option(metavar="WxH", help="Size of a mesh's page in mm, in either order; it replaces the unit."),
@@ -288,6 +323,11 @@ class Pictures:
         list[Path],
         typer.Option(metavar="SCAN", help="Further scan of the page, for super-resolution; repeat for more."),
     ] = field(default_factory=list)
+
+
+def reading_options(reading: FileReading) -> dict[str, str]:
+    """Return how a file is read, for run options and `load_scan`."""
+    return {item.name: getattr(reading, item.name) for item in fields(FileReading)}
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:

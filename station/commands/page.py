@@ -83,8 +83,8 @@ def restore(
         Path,
         typer.Argument(
             metavar="SCAN",
-            help="Scan: .abs[.gz], .obj, .ply, .stl, .glb, .gltf, .wrl, .vvd, scan folder, folder of captured "
-            "patterns, or CT segment (.vcps, tifxyz).",
+            help="Scan: range image, mesh, point cloud, CT segment, scan folder, folder of a depth image with its "
+            "intrinsics, or folder of captured patterns; all formats: docs/reference/file-formats.md.",
         ),
     ],
     output: Out,

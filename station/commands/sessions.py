@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from station.commands.groups import CommandGroups, with_verbosity
-from station.commands.options import Debug, Json, new_folder_path, output_path
+from station.commands.options import Debug, FileReading, Json, grouped, new_folder_path, output_path, reading_options
 from station.commands.terminal import print_note, print_result, report_faults
 
 if TYPE_CHECKING:
@@ -120,13 +120,14 @@ def recover(session: Named, index: Index = None, debug: Debug = False) -> None:
 
 @app.command("add")
 @with_verbosity
+@grouped
 def add(
     session: Named,
     files: Annotated[
         list[Path], typer.Argument(metavar="FILE...", help="Scan files or scan folders; with --photos photographs.")
     ],
+    reading: FileReading,
     page: PageNumber = None,
-    unit: Annotated[str, typer.Option(help="Unit of mesh coordinates, as of `planish restore`.")] = "auto",
     photos: Annotated[bool, typer.Option("--photos", help="The files or folder are photographs of one page.")] = False,
     scale: Annotated[str, typer.Option(help="Scale of photographs, as of `planish photos`.")] = "card",
     index: Index = None,
@@ -148,9 +149,9 @@ def add(
         if page is not None and len(files) > 1:
             raise UsageError("several files cannot be one page", "give one file with --page")
         if page is not None:
-            events = [add_original(writer, files[0], page=page, unit=unit)]
+            events = [add_original(writer, files[0], page=page, **reading_options(reading))]
         else:
-            events = add_originals(writer, files, unit=unit)
+            events = add_originals(writer, files, **reading_options(reading))
         for event, path in zip(events, files, strict=True):
             print_result(f"page {event.page}: {path}")
 

@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.commands.options import MAX_S, Debug, Json, Kinds, Out, Restoration, Unit, grouped, run_options
+from station.commands.options import (
+    MAX_S,
+    Debug,
+    FileReading,
+    Json,
+    Kinds,
+    Out,
+    Restoration,
+    grouped,
+    reading_options,
+    run_options,
+)
 from station.commands.terminal import print_result, report_faults
 from station.progress import progress_on
 
@@ -36,11 +47,11 @@ def watch(
     output: Out,
     chosen: Restoration,
     kinds: Kinds,
+    reading: FileReading,
     once: Once = False,
     settle: Settle = 3.0,
     pair: Pair = 30.0,
     poll: Poll = 1.0,
-    unit: Unit = "auto",
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -54,7 +65,7 @@ def watch(
         from station.run.one_page import restore_file
 
         folder, output = folder.resolve(), output.resolve()
-        options = run_options("watch", kinds, chosen, unit=unit)
+        options = run_options("watch", kinds, chosen, **reading_options(reading))
         watching = Watch(
             folder,
             output,

@@ -28,7 +28,7 @@ REFERENCES = {
 MARKS = {".obj": b"mtllib", ".mtl": b"map_Kd", ".wrl": b"filename"}
 """Words without which a file names no other; ten times as fast as the expressions."""
 COLOURED_VERTICES = re.compile(rb"^property[ \t]+uchar[ \t]+red\b", re.MULTILINE)
-SELF_CONTAINED = ".glb"
+SELF_CONTAINED = (".glb", ".npz", ".pcd")
 HEADER_BYTES = 2**16  # of a PLY: what follows may be binary
 BLOCK_BYTES = 2**22
 MAX_FILE_BYTES = 2**27  # of a scan file that names others
@@ -113,7 +113,7 @@ class Pairing:
     def _content(self, path: Path) -> _Content:
         stamp, suffix = self._listing[path], path.suffix.lower()
         if suffix not in REFERENCES:
-            return _Content(coloured=suffix == SELF_CONTAINED)
+            return _Content(coloured=suffix in SELF_CONTAINED)
         if stamp.size > MAX_FILE_BYTES:  # which its reader refuses
             return _Content()
         known = self._kept.content(str(path), stamp)

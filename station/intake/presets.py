@@ -10,27 +10,30 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pydantic import field_validator
+from pydantic import ValidationInfo, field_validator
 
 from restore import BadInput, Settings
 from restore.files import read_toml
-from restore.formats import check_unit
+from restore.formats import check_depth, check_unit, parse_grid
 from station.choices import FLAGS
 from station.config import build_model
 from station.errors import UsageError
 from station.intake.listing import Listing, Stamp
-from station.run.options import AUTO, RunOptions
+from station.run.options import AUTO, READING, RunOptions
 
 PRESET = "planish.toml"
-HINT = f"settings are those of `planish restore`, and outputs = [{', '.join(map(repr, FLAGS))}], language, unit"
+OUTPUTS = ", ".join(map(repr, FLAGS))
+HINT = f"settings are those of `planish restore`, and outputs = [{OUTPUTS}], language, unit, grid, depth"
 
 
 class _Preset(Settings):
-    """Keys of a preset: settings, and three others."""
+    """Keys of a preset: settings, and some others."""
 
     outputs: list[str] | None = None
     language: str | None = None
     unit: str | None = None
+    grid: str | None = None
+    depth: str | None = None
 
     @field_validator("outputs")
     @classmethod
@@ -39,14 +42,15 @@ class _Preset(Settings):
             raise ValueError(f"{unknown[0]!r} is not known")
         return outputs
 
-    @field_validator("unit")
+    @field_validator(*READING)
     @classmethod
-    def _is_unit(cls, unit: str | None) -> str | None:
+    def _can_be_read(cls, value: str | None, info: ValidationInfo) -> str | None:
+        check = {"unit": check_unit, "grid": parse_grid, "depth": check_depth}[str(info.field_name)]
         try:
-            check_unit(unit or AUTO)
+            check(value or AUTO)
         except BadInput as error:
             raise ValueError(str(error)) from error
-        return unit
+        return value
 
 
 class Presets:

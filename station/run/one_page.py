@@ -98,7 +98,7 @@ def restore_file(
     start = clock()
     try:
         photographs = read_photographs(photos)
-        capture = load_capture(source, texture, unit=options.unit)
+        capture = load_capture(source, texture, unit=options.unit, grid=options.grid, depth=options.depth)
         if shots and capture.photographs:
             raise UsageError(f"{source} has its own photographs", "leave --extra-scan out; --photo adds another")
         if page_mm is not None and capture.photographs:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from restore import PageEdits, Settings
 from station.choices import Layout, Rotation, Sheets
 
 AUTO = "auto"
+READING = ("unit", "grid", "depth")
+"""How a scan file is read: options of `load_scan`, and facts of a capture."""
 
 
 @dataclass(frozen=True)
@@ -20,6 +24,7 @@ class RunOptions:
     colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
     to_srgb   convert the page from that profile to sRGB; the master keeps codes and profile.
     unit      of a mesh's coordinates, as for `load_scan`; range images have their own.
+    grid, depth  of a cloud and of a depth image, as for `load_scan`.
     scale     of photographs, as `planish photos` has it, or the size of the page of a mesh; None for that of the scan.
     sheets    what becomes of several sheets in one scan.
     both_leaves  whether the leaves of a gutter without range are two pages, whatever `sheets` says.
@@ -36,6 +41,8 @@ class RunOptions:
     colours: bytes | None = None
     to_srgb: bool = False
     unit: str = AUTO
+    grid: str = AUTO
+    depth: str = AUTO
     scale: str | None = None
     sheets: Sheets = Sheets.AUTO
     both_leaves: bool = False
@@ -59,3 +66,8 @@ class RunOptions:
         )
         implied["uncertainty"] = self.settings.uncertainty
         return replace(self, outputs=self.outputs | {kind for kind, on in implied.items() if on})
+
+
+def reading_of(facts: Mapping[str, Any]) -> dict[str, str]:
+    """Return how a scan is read, for `load_scan`, of facts or parameters that name it."""
+    return {name: str(facts[name]) for name in READING if name in facts}

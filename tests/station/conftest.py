@@ -132,13 +132,13 @@ class Library:
     calls: list[Settings] = field(default_factory=list)
     photos: Sequence[Photograph] = ()
 
-    def load_scan(self, path: Path, texture: Path | None = None, *, unit: str = "auto") -> RangeScan:
+    def load_scan(self, path: Path, texture: Path | None = None, **reading: str) -> RangeScan:
         if self.load_fault:
             raise self.load_fault
         return curl_scan()
 
-    def load_capture(self, path: Path, texture: Path | None = None, *, unit: str = "auto") -> Capture:
-        return Capture(self.load_scan(path, texture, unit=unit))
+    def load_capture(self, path: Path, texture: Path | None = None, **reading: str) -> Capture:
+        return Capture(self.load_scan(path, texture, **reading))
 
     def restore(
         self,

@@ -17,19 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
-from restore.formats.clouds.cloud import MAX_BYTES, MIN_GRID, Cloud, Size, check_count, cloud_of
+from restore.formats.clouds.cloud import MAX_BYTES, MAX_RATIO, Cloud, Size, check_count, cloud_of
 from restore.formats.clouds.grid_size import sized
+from restore.formats.folder import MAX_ARRAY_HEADER
+from restore.formats.parsing.picture import SMALL_PIXELS
 from restore.formats.parsing.source import CUT_SHORT, DAMAGED, read_bytes
+from restore.range_image.organise import MIN_LINES
 
 POINTS = ("xyz", "points", "point_cloud", "pointcloud", "vertices", "data")
 COLOURS = ("rgba", "rgb", "colors", "colours", "color", "colour", "texture")
 INTENSITIES = ("intensity", "grey", "gray")
-MAX_HEADER = 4096  # of an array; of records with a dozen fields some hundreds
-MAX_MEMBERS = 64
-# Of the bytes of an array over those of its compressed file: single precision without noise has 4, a mask 100. What is
-# packed closer, and is not small, was made to fill the memory.
-MAX_RATIO, SMALL_BYTES = 100, 2**24
-MAX_ITEM_BYTES = 128  # of one point with all its fields
 SHAPES = "save the points as an array (rows, cols, 3) of numbers, the colours as (rows, cols, 3) of uint8"
 
 
@@ -71,7 +68,7 @@ def _cloud(path: Path, points: NDArray[Any], arrays: dict[str, NDArray[Any]], si
         _check_numbers(path, colours)
         colours = colours.reshape(-1, colours.shape[-1])[:, :3]
     cloud = cloud_of(path, points[..., :3].reshape(-1, 3), colours, None if intensity is None else intensity.ravel())
-    stated = (grid[1], grid[0]) if len(grid) == 2 and min(grid) >= MIN_GRID else None
+    stated = (grid[1], grid[0]) if len(grid) == 2 and min(grid) >= MIN_LINES else None
     return sized(path, cloud, size, stated)
 
 
@@ -85,12 +82,10 @@ def _archive(path: Path, data: bytes) -> dict[str, NDArray[Any]]:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as members:
             names = [name for name in members.namelist() if name.endswith(".npy")]
-            if len(names) > MAX_MEMBERS:
-                raise BadInput(f"{path} has {len(names)} arrays", SHAPES)
             for name in names:
                 key = name.removesuffix(".npy").lower()
                 if key in {*POINTS, *COLOURS, *INTENSITIES, *"xyz"} or len(names) == 1:
-                    limit = max(SMALL_BYTES, MAX_RATIO * members.getinfo(name).compress_size)
+                    limit = max(SMALL_PIXELS, MAX_RATIO * members.getinfo(name).compress_size)
                     with members.open(name) as file:
                         found[key] = _array(path, file, limit)
     except BadInput:
@@ -107,10 +102,10 @@ def _array(path: Path, file: BinaryIO | Any, limit: int = MAX_BYTES) -> NDArray[
         if major not in (1, 2):
             raise ValueError(f"version {major} of the array format")
         read = np.lib.format.read_array_header_1_0 if major == 1 else np.lib.format.read_array_header_2_0
-        shape, fortran, dtype = read(file, max_header_size=MAX_HEADER)
+        shape, fortran, dtype = read(file, max_header_size=MAX_ARRAY_HEADER)
         if dtype.hasobject:
             raise ValueError("it holds objects of Python, which are never read")
-        if not 1 <= len(shape) <= 3 or min(shape) < 1 or not 0 < dtype.itemsize <= MAX_ITEM_BYTES:
+        if not 1 <= len(shape) <= 3 or min(shape) < 1 or not dtype.itemsize:
             raise ValueError(f"it has the shape {shape} and items of {dtype}")
         count = math.prod(shape)
         check_count(path, count // shape[-1] if len(shape) > 1 else count)

@@ -13,13 +13,11 @@ import numpy as np
 
 from restore.camera.rays import find_rays
 from restore.errors import NotEnoughSurface
-from restore.formats.clouds.cloud import Cloud
+from restore.formats.clouds.cloud import SUBSET, Cloud
 from restore.numerics.limits import TINY
+from restore.numerics.robust import MAJORITY
+from restore.range_image.resample import CAMERA_DISTANCE
 from restore.scan import Floats, RangeScan
-
-SUBSET = 40_000  # samples that decide signs
-INSIDE = 0.5  # length of the mean of unit vectors: less, and the viewpoint is in the middle of the points
-BACK = 5.0  # of its size before a surface that no viewpoint is known of
 
 
 def in_scanner_frame(cloud: Cloud) -> tuple[Floats, bool]:
@@ -83,14 +81,14 @@ def _looking_at(points: Floats, cloud: Cloud) -> tuple[Floats, bool]:
     away = _unit(np.cross(right, _mean_step(points, 0)))
     sight = some - cloud.viewpoint[:, None]
     ahead = (sight / np.maximum(np.linalg.norm(sight, axis=0), TINY)).mean(axis=1)
-    from_viewpoint = bool(np.linalg.norm(ahead) > INSIDE)
+    from_viewpoint = bool(np.linalg.norm(ahead) > MAJORITY)  # else it is in their middle
     mirrored = from_viewpoint and float(away @ ahead) < 0.0
     if mirrored:
         away = -away
     reverse = mirrored and cloud.frame == "right-handed"
     across = _unit(right - (right @ away) * away) * (-1.0 if reverse else 1.0)
     axes = np.stack([across, np.cross(-away, across) * (-1.0 if mirrored and not reverse else 1.0), -away])
-    origin = cloud.viewpoint if from_viewpoint else middle - BACK * size * away
+    origin = cloud.viewpoint if from_viewpoint else middle - CAMERA_DISTANCE * size * away
     turned = (points - origin) @ axes.T
     return turned[:, ::-1] if reverse else turned, reverse
 

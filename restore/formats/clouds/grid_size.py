@@ -13,15 +13,15 @@ from pathlib import Path
 import numpy as np
 
 from restore.errors import BadInput
-from restore.formats.clouds.cloud import MIN_GRID, Cloud, Size
+from restore.formats.clouds.cloud import SUBSET, Cloud, Size
 from restore.formats.parsing.picture import adjacent_picture
+from restore.formats.parsing.unit import AUTO
+from restore.numerics.robust import MAJORITY
+from restore.range_image.organise import MIN_LINES
 from restore.scan import Floats
 
-SUBSET = 20_000  # points whose neighbours are compared
 NEAR = 0.1  # of the distance of any two points: in a grid of ten rows the next one is as near
 DISTINCT = 1.2  # times as far: neighbours of another size; of one column more they are 1.4 times as far
-RETURNS = 0.5  # of the way along a row: the place below its beginning is nearer than that
-AUTO_GRID = "auto"
 _SIZE = re.compile(r"(\d{1,6})[xX×](\d{1,6})")
 _PAIR = re.compile(rb"(\d{1,6})\s*[xX*]\s*(\d{1,6})")
 _SIDES = tuple(
@@ -32,10 +32,10 @@ _SIDES = tuple(
 
 def parse_grid(text: str) -> Size | None:
     """Return columns and rows of a text such as 2064x1544, None for `auto`. Raises BadInput."""
-    if text == AUTO_GRID:
+    if text == AUTO:
         return None
     found = _SIZE.fullmatch(text)
-    if found is None or min(int(found[1]), int(found[2])) < MIN_GRID:
+    if found is None or min(int(found[1]), int(found[2])) < MIN_LINES:
         raise BadInput(f"{text!r} is not the size of a grid", "give columns and rows, as 2064x1544")
     return int(found[1]), int(found[2])
 
@@ -63,7 +63,7 @@ def stated_size(lines: Sequence[bytes], count: int) -> Size | None:
     pairs = [(int(a), int(b)) for a, b in _PAIR.findall(text)]
     widths, heights = ([int(number) for number in side.findall(text)] for side in _SIDES)
     pairs += [(cols, rows) for cols in widths for rows in heights]
-    return next((size for size in pairs if size[0] * size[1] == count and min(size) >= MIN_GRID), None)
+    return next((size for size in pairs if size[0] * size[1] == count and min(size) >= MIN_LINES), None)
 
 
 def likely_size(path: Path, points: Floats) -> Size | None:
@@ -80,7 +80,7 @@ def likely_size(path: Path, points: Floats) -> Size | None:
         return None
     steps = np.array([_apart(points, cols) for cols, _ in sizes])
     along = np.array([cols for cols, _ in sizes]) * _apart(points, 1)  # as far as on the way to the end of the row
-    steps[~(steps < RETURNS * along)] = np.inf
+    steps[~(steps < MAJORITY * along)] = np.inf
     best = int(np.argmin(steps))
     if not steps[best] < NEAR * apart:
         return None
@@ -96,7 +96,7 @@ def likely_size(path: Path, points: Floats) -> Size | None:
 
 
 def _divisors(count: int) -> list[Size]:
-    lower = [k for k in range(MIN_GRID, int(count**0.5) + 1) if count % k == 0]
+    lower = [k for k in range(MIN_LINES, int(count**0.5) + 1) if count % k == 0]
     return [(k, count // k) for k in sorted({*lower, *(count // k for k in lower)})]
 
 

@@ -23,14 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
-from restore.formats.clouds.cloud import MAX_BYTES, MIN_GRID, Cloud, Size, check_count, cloud_of
+from restore.formats.clouds.cloud import MAX_BYTES, MAX_RATIO, Cloud, Size, check_count, cloud_of
 from restore.formats.clouds.grid_size import sized
 from restore.formats.parsing.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes
+from restore.formats.ply_data import MAX_HEADER_BYTES, MAX_PROPERTIES
+from restore.range_image.organise import MIN_LINES
 from restore.scan import Bytes, Floats
 
-MAX_HEADER_BYTES = 2**14
-MAX_FIELDS = 64
-MAX_RATIO = 140  # of LZF: 264 bytes of two or three
 KINDS = {"I": "i", "U": "u", "F": "f"}
 TYPES = {"i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8"}
 COLOURS = ("rgb", "rgba")
@@ -62,7 +61,7 @@ def read_pcd(path: Path, size: Size | None = None) -> Cloud:
     cloud = cloud_of(path, points, _colours(columns), columns.get("intensity"), normals=normals)
     if any(header.viewpoint):
         cloud = replace(cloud, viewpoint=np.array(header.viewpoint[:3]), axes=_rotation(header.viewpoint[3:]).T)
-    return sized(path, cloud, size, header.size if min(header.size) >= MIN_GRID else None)
+    return sized(path, cloud, size, header.size if min(header.size) >= MIN_LINES else None)
 
 
 def _header(path: Path, data: bytes) -> Header:
@@ -87,7 +86,7 @@ def _header(path: Path, data: bytes) -> Header:
             (f"{name} {k}" if name in (*names[:k], "_") else name, kind, (number,) if number != 1 else ())
             for k, (name, kind, number) in enumerate(zip(names, types, counts, strict=True))
         ]
-        if min(cols, rows, *counts) < 1 or max(cols, rows, *counts) >= 2**31 or len(names) > MAX_FIELDS:
+        if min(cols, rows, *counts) < 1 or max(cols, rows, *counts) >= 2**31 or len(names) > MAX_PROPERTIES:
             raise ValueError(f"{cols} columns, {rows} rows")
         if not all(kind[1:] in TYPES for kind in types):
             raise ValueError(f"types {' '.join(types)}")

@@ -20,6 +20,7 @@ from restore.scan import Bytes
 from station.console.faults import ConsoleFault
 from station.images.coverage import COLOURS
 from station.page_files.page_model import decode_model
+from station.run.options import reading_of
 from station.session import Event, Session, scan_path
 from station.session.captures.photographs import first_picture, is_set
 from station.session.log.results import Restored
@@ -127,7 +128,7 @@ def scan_of(session: Session, event: Event) -> RangeScan | Any:
         raise ConsoleFault("not_recorded", "photographs have no scan", "look at the restored page")
     for name in event.files:
         _refuse_links(session, session.path(event, name))
-    return load_scan(scan_path(session, event), unit=str(event.facts.get("unit", "auto")))
+    return load_scan(scan_path(session, event), **reading_of(event.facts))
 
 
 def _stored_set(session: Session, event: Event) -> Path:

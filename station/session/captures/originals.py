@@ -57,43 +57,44 @@ def gather(path: Path) -> Gathered:
     return Gathered(path.name, {path.name: path, **{name: path.parent / place for name, place in found.items()}})
 
 
-def add_originals(writer: Writer, paths: Sequence[Path], *, unit: str = "auto") -> list[Event]:
+def add_originals(writer: Writer, paths: Sequence[Path], **reading: str) -> list[Event]:
     """Store scans of others as new pages, all of them or none.
 
     Returns their events. Raises as `add_original`.
     """
     copies = [f"{CAPTURING}-{number}" for number in range(len(paths))]
     try:
-        staged = [_stage(writer, path, unit, copy) for path, copy in zip(paths, copies, strict=True)]
+        staged = [_stage(writer, path, reading, copy) for path, copy in zip(paths, copies, strict=True)]
         return [record_staged(writer, one) for one in staged]
     finally:
         for copy in copies:
             shutil.rmtree(writer.staging(copy), ignore_errors=True)
 
 
-def add_original(writer: Writer, path: Path, *, page: int | None = None, unit: str = "auto") -> Event:
+def add_original(writer: Writer, path: Path, *, page: int | None = None, **reading: str) -> Event:
     """Store a scan of others as a page, unchanged; return its event.
 
     With where it came from.
-    unit: of a mesh's coordinates, as for `load_scan`; kept for the restoration.
+    reading: unit, grid and depth as for `load_scan`; kept for the restoration.
     Raises BadInput for what cannot be read as a scan, OSError.
     """
-    return record_staged(writer, _stage(writer, path, unit, CAPTURING), page=page)
+    return record_staged(writer, _stage(writer, path, reading, CAPTURING), page=page)
 
 
-def _stage(writer: Writer, path: Path, unit: str, name: str) -> Staged:
+def _stage(writer: Writer, path: Path, reading: Mapping[str, str], name: str) -> Staged:
     """A copy of a scan of others that can be read. Raises as `add_original`."""
     gathered = gather(path)
     facts = {
         "by": "session add",
         "from": os.fsencode(path.absolute()).decode(errors="backslashreplace"),
-        "unit": unit,
+        "unit": "auto",
+        **{name: value for name, value in reading.items() if value != "auto"},
         "modified": {name: file.stat().st_mtime_ns for name, file in gathered.files.items()},
     }
 
     def provenance(copy: Path) -> dict[str, Any]:
         try:
-            return {"provenance": dict(load_scan(copy, unit=unit).provenance)}
+            return {"provenance": dict(load_scan(copy, **reading).provenance)}
         except BadInput as error:
             cause = error.__cause__
             if isinstance(cause, OSError):  # of the copy, which was written just now: the disk's fault

@@ -24,6 +24,7 @@ from restore import (
     restore,
 )
 from restore.scan import Bytes, Floats
+from station.run.options import reading_of
 from station.session.captures.scans import scan_path
 from station.session.log.events import Event, slot_of
 from station.session.log.history import History
@@ -80,7 +81,7 @@ def _edits_of(history: History, capture: Event) -> PageEdits:
 
 
 def _scan_of(session: Session, capture: Event) -> Scan:
-    return load_scan(scan_path(session, capture), unit=str(capture.facts.get("unit", "auto")))
+    return load_scan(scan_path(session, capture), **reading_of(capture.facts))
 
 
 def motion_between(earlier: Scan, later: Scan) -> Move | None:

@@ -46,6 +46,8 @@ class RestoreParameters(BaseModel):
     outputs: tuple[str, ...] = ("coverage",)
     language: str = "eng"
     unit: str = "auto"
+    grid: str = "auto"
+    depth: str = "auto"
     scale: str | None = None
     rotate: Rotation = Rotation.NONE
     allow_distorted: bool = False

@@ -8,6 +8,7 @@ from typing import Any
 
 from restore import RestoreError, find_layout, load_scan
 from station.progress import Progress, silent
+from station.run.options import reading_of
 from station.session.captures.photographs import is_set
 from station.session.captures.scans import scan_path
 from station.session.corrections.layers import effective_edits, rules_of
@@ -67,7 +68,7 @@ def _looked_for(session: Session, page: Page) -> tuple[Mapping[str, Any], str]:
     if is_set(facts):
         return {}, NO_SCAN
     try:
-        scan = load_scan(scan_path(session, page.capture), unit=str(facts.get("unit", "auto")))
+        scan = load_scan(scan_path(session, page.capture), **reading_of(facts))
         return find_layout(scan).as_json(), ""
     except RestoreError as error:
         return {}, str(error)

@@ -47,6 +47,8 @@ class Captured(Facts):
 
     scan: Annotated[str, AfterValidator(_inside)]
     unit: str = "auto"
+    grid: str = "auto"
+    depth: str = "auto"
     scale: str | None = None
     provenance: dict[str, Any] = Field(default_factory=dict)
 

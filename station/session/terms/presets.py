@@ -18,6 +18,7 @@ from restore.files import read_toml
 from station.choices import FLAGS, Layout
 from station.config import build_model, not_there
 from station.errors import UsageError
+from station.run.options import reading_of
 from station.verdict.thresholds import Thresholds, check_limits
 
 PRESETS = CONFIGS / "presets"
@@ -74,7 +75,7 @@ class Preset(BaseModel):
         """
         settings = Settings.model_validate(self.settings).model_dump(mode="json")
         outputs = sorted({*self.outputs, "coverage"})
-        reading = {"unit": str(capture.get("unit", "auto"))}
+        reading = {"unit": "auto", **reading_of(capture)}
         reading |= {"scale": capture["scale"]} if "scale" in capture else {}
         reading |= {} if self.layout == Layout.SINGLE else {"layout": str(self.layout)}
         return {"settings": settings, "outputs": outputs, "language": self.language, **reading}

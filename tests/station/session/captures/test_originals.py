@@ -7,12 +7,15 @@ import errno
 import numpy as np
 import pytest
 
+from oracles import clouds
 from restore import BadInput, load_scan, save_scan
 from station.errors import explain
 from station.images.png import encode_png
 from station.run.small_page import small_page
 from station.session import open_session, scan_path
 from station.session.captures.originals import add_original, add_originals, gather
+from station.session.derivation.parameters import parameters_of
+from tests.restore.formats.conftest import MIDDLE_PX, make_shot
 
 OBJ = """mtllib Sheet.MTL
 v 0 0 0\nv 9 0 0\nv 0 9 0\nv 9 9 1
@@ -42,6 +45,20 @@ def test_a_mesh_with_its_material_and_picture(volume, mesh):
     for name, path in gather(mesh).files.items():
         assert (stored.parent / name).read_bytes() == path.read_bytes()
     assert load_scan(stored).texture.shape == (4, 4, 3)
+
+
+def test_how_a_cloud_is_read_goes_with_it(volume, tmp_path):
+    shot = make_shot(24, 32, whole=True)
+    clouds.write_ply(tmp_path / "a.ply", shot)
+    clouds.write_depth(tmp_path / "depth", shot, MIDDLE_PX, kind="float", length=True)
+    with open_session(volume) as writer:
+        cloud = add_original(writer, tmp_path / "a.ply", unit="auto", grid="32x24", depth="auto")
+        image = add_original(writer, tmp_path / "depth", depth="ray")
+        parameters = [parameters_of(writer.session, page) for page in writer.session.history.pages()]
+    assert [cloud.facts.get(name) for name in ("unit", "grid", "depth")] == ["auto", "32x24", None]
+    assert image.facts["depth"] == "ray"
+    assert [one.get("grid") for one in parameters] == ["32x24", None]
+    assert [one.get("depth") for one in parameters] == [None, "ray"]
 
 
 def test_a_scan_folder(volume, tmp_path):
@@ -75,7 +92,7 @@ def test_of_several_files_all_are_added_or_none(volume, mesh, tmp_path):
 
 
 def test_a_copy_that_the_disk_does_not_give_back_is_a_fault_of_the_disk(volume, mesh, monkeypatch):
-    def unreadable(path, unit):
+    def unreadable(path, **reading):
         raise BadInput(f"{path} cannot be read") from OSError(errno.EIO, "Input/output error")
 
     monkeypatch.setattr("station.session.captures.originals.load_scan", unreadable)
