@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
 
@@ -13,9 +12,7 @@ from station.images.pages import read_page
 from station.session import Session
 from station.session.corrections.layers import is_corrected
 from station.session.derivation.parameters import outdated_pages
-from station.session.leaves.leaf import Leaf, leaves_of
-from station.session.log.events import file_of
-from station.session.terms.parts import RESTORE
+from station.session.leaves.leaf import Leaf, leaves_of, picture_of
 
 DPI = 150
 SHEET_PX = (1240, 1754)  # A4 upright
@@ -64,7 +61,7 @@ def _draw(
     x, y = corner
     height, draw = width * 4 // 3, ImageDraw.Draw(sheet)
     level = leaf.level
-    path = _picture(session, leaf)
+    path = picture_of(session, leaf)
     if path is None:
         draw.rectangle((x, y, x + width, y + height), outline=COLOURS[""])
     else:
@@ -82,12 +79,6 @@ def _remarks(session: Session, leaf: Leaf, outdated: frozenset[int]) -> Iterator
         yield "left out"
     if is_corrected(session, leaf.page):
         yield "edited later" if leaf.page.number in outdated else "edited"
-
-
-def _picture(session: Session, leaf: Leaf) -> Path | None:
-    run = leaf.page.runs.get(RESTORE)
-    name = None if run is None else file_of(run, leaf.part)
-    return None if run is None or name is None else session.path(run, name)
 
 
 def _fitting(text: str, width: int, font: ImageFont.ImageFont | ImageFont.FreeTypeFont) -> str:

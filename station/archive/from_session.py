@@ -21,14 +21,12 @@ from station.run.options import reading_of
 from station.session import Event as SessionEvent
 from station.session import History, Session, scan_path
 from station.session import Page as SessionPage
-from station.session.captures.photographs import is_set
 from station.session.corrections.layers import effective_edits
 from station.session.derivation.parameters import outdated_pages
-from station.session.leaves.leaf import DASH, UNCOUNTED, Leaf, is_spread, leaves_of, runs_of
+from station.session.leaves.leaf import DASH, UNCOUNTED, Leaf, is_spread, leaves_of
 from station.session.log.current import about_of
-from station.session.log.events import VOLUME, file_of
-from station.session.log.results import Restored
-from station.session.terms.parts import PAGE, RESTORE, part_of_file
+from station.session.log.history import CapturedPage
+from station.session.terms.parts import PAGE, part_of_file
 from station.session.terms.rules import EDITS, RULES
 
 # In the vocabulary of preservation events of the Library of Congress.
@@ -68,7 +66,7 @@ def volume_of(session: Session, *, whole: bool = False) -> Volume:
     pages, outdated = list(session.history.pages()), frozenset(outdated_pages(session))
     events = [event for page in pages for event in _events_of(page)]
     names = {event.number: _names(event) for event in events}
-    rules = session.history.page(VOLUME).decisions.get(RULES)
+    rules = session.history.volume.decisions.get(RULES)
     first = session.history.event(1)
     delivered = list(_delivered(session, outdated, whole=whole))
     leaves = {page.capture for page, _ in delivered if NO_WHOLE in page.problem}
@@ -89,7 +87,7 @@ def volume_of(session: Session, *, whole: bool = False) -> Volume:
 
 def _delivered(session: Session, outdated: Collection[int], *, whole: bool) -> Iterator[tuple[Page, str]]:
     """Yield the pages that are delivered, each with the start of its run of labels."""
-    starts, run, number = {one.start for one in runs_of(session)}, "", 0
+    starts, run, number = {one.start for one in session.history.volume.decided.labels}, "", 0
     done = set[int]()
     for leaf in leaves_of(session):
         run = leaf.name if leaf.name in starts else run
@@ -106,12 +104,12 @@ def _delivered(session: Session, outdated: Collection[int], *, whole: bool) -> I
 
 def _whole(session: Session, leaf: Leaf) -> Leaf | None:
     """Return the whole that was kept next to the leaves of an opened book, None without one."""
-    run = leaf.page.runs.get(RESTORE)
-    if run is None or leaf.part == PAGE or file_of(run, PAGE) is None or not _is_split(leaf.page):
+    run = leaf.page.restoration
+    if run is None or leaf.part == PAGE or run.file(PAGE) is None or not run.result.is_split:
         return None
     leaves = [one for one in leaves_of(session) if one.page.number == leaf.page.number]
     labels = tuple(label for one in leaves for label in one.labels)
-    return replace(leaf, part=PAGE, labels=labels, side="", report=run.facts["result"]["parts"].get(PAGE, {}))
+    return replace(leaf, part=PAGE, labels=labels, side="", restored=run.result.parts.get("page"))
 
 
 def _is_split(page: SessionPage) -> bool:
@@ -133,26 +131,26 @@ def scan_of(session: Session, page: Page) -> RangeScan | SurfaceMesh:
 
     Else in that of its capture. Raises BadInput for a damaged scan, and for a page that has none.
     """
-    current = session.history.page(int(page.name.partition("/")[0]))
-    assert current.capture is not None
-    if is_set(current.capture.facts):
+    current = session.history.captured(int(page.name.partition("/")[0]))
+    assert current is not None
+    captured, run = current.capture.captured, current.restoration
+    if captured.is_photographed:
         raise BadInput(f"page {page.name} was photographed and has no scan", "export images: --to tiff, pdf or bagit")
-    run = current.runs.get(RESTORE)
-    reading = current.capture.facts if run is None else run.facts.get("parameters", {})
-    return load_scan(scan_path(session, current.capture), **reading_of(reading))
+    reading = captured.reading if run is None else reading_of(run.event.parameters)
+    return load_scan(scan_path(session, current.capture), **reading)
 
 
-def _events_of(page: SessionPage) -> Iterator[SessionEvent]:
+def _events_of(page: CapturedPage) -> Iterator[SessionEvent]:
     """Yield the current capture of a page, its corrections, and the current runs on it."""
-    if page.capture is not None:
-        yield page.capture
+    yield page.capture
     if EDITS in page.decisions:
         yield page.decisions[EDITS]
     yield from sorted(page.runs.values(), key=lambda event: event.number)
 
 
 def _page(session: Session, leaf: Leaf, number: int, outdated: Collection[int]) -> Page:
-    page, size = leaf.page, leaf.report.get("leaf_mm", leaf.report.get("page_mm"))
+    page, restored = leaf.page, leaf.restored
+    size = None if restored is None else restored.leaf_mm or restored.page_mm
     files = [file for event in _events_of(page) for file in _files(session, event, leaf.part)]
     edits = page.decisions.get(EDITS)
     return Page(
@@ -177,7 +175,7 @@ def _spine(session: Session, leaf: Leaf) -> tuple[tuple[float, float], ...]:
     """Return the spine that a leaf was cut at, px of the image; empty for a page."""
     if leaf.part == PAGE:
         return ()
-    layout = leaf.report.get("layout", {})
+    layout = (leaf.restored.layout if leaf.restored else None) or {}
     found = layout.get("spine") if layout.get("frame") == "picture" else None
     drawn = (effective_edits(session, leaf.page) or {}).get("spine") or found or ()
     return tuple((float(x), float(y)) for x, y in drawn)
@@ -185,7 +183,7 @@ def _spine(session: Session, leaf: Leaf) -> tuple[tuple[float, float], ...]:
 
 def _files(session: Session, event: SessionEvent, part: str) -> Iterator[StoredFile]:
     """The files of an event that are of a part of its page, or of the whole."""
-    several = isinstance(event.result, Restored) and event.result.is_split
+    several = event.restored is not None and event.restored.is_split
     for (path, digest), name in zip(event.files.items(), _names(event), strict=True):
         of, ending = part_of_file(path)
         if several and of not in (part, PAGE):
@@ -210,7 +208,7 @@ def _event(event: SessionEvent, names: dict[int, tuple[str, ...]], history: Hist
     sources = [name for one in event.inputs for name in names.get(one.event, _names(history.event(one.event)))]
     kind = KINDS.get(event.name, DERIVED if event.files else CHECKED)
     facts = {name: value for name, value in event.facts.items() if name != "parameters"}
-    parameters = event.facts.get("parameters", {})
+    parameters = event.parameters
     if event.name in (EDITS, RULES):
         parameters = {event.name: facts.pop("value", None)}
     return Event(
@@ -229,24 +227,21 @@ def _event(event: SessionEvent, names: dict[int, tuple[str, ...]], history: Hist
 
 def _operator(event: SessionEvent) -> str:
     """Return who made corrections or the latest rule; empty for other events."""
-    value = event.facts.get("value")
-    edits = value[-1].get("edits") if isinstance(value, list) and value and event.name == RULES else value
-    by = edits.get("by") if event.name in (EDITS, RULES) and isinstance(edits, dict) else None
-    return str(by.get("operator", "")) if isinstance(by, dict) else ""
+    value = event.value
+    edits = value[-1].edits if event.name == RULES and value else value if event.name == EDITS else None
+    return "" if edits is None else str(edits.by.operator)
 
 
 def _identifier(event: SessionEvent) -> str:
     return f"{event.number:06}"
 
 
-def _provenance(session: Session, capture: SessionEvent | None) -> dict[str, Any]:
+def _provenance(session: Session, capture: SessionEvent) -> dict[str, Any]:
     """Return what the scan folder of a capture says of it.
 
     For scans of other formats, when they were stored.
     """
-    path = None if capture is None else next((name for name in capture.files if name.endswith("/scan.json")), None)
-    if capture is None:
-        return {}
+    path = next((name for name in capture.files if name.endswith("/scan.json")), None)
     stored: dict[str, Any] = {"time": capture.time}
     if path is None:
         return stored

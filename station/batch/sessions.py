@@ -29,11 +29,10 @@ from station.session.derivation.fitting import show_fitting
 from station.session.derivation.parameters import inputs_of, needs_restoration, parameters_of
 from station.session.derivation.quality import lacks_verdict, record_verdict
 from station.session.derivation.restoration import Run, run_restore
-from station.session.leaves.leaf import Leaf, leaves_of
+from station.session.leaves.leaf import Leaf, leaves_of, picture_of
 from station.session.log.current import preset_of
-from station.session.log.events import file_of
-from station.session.log.results import Restored
-from station.session.terms.parts import RESTORE
+from station.session.log.history import restoration_of
+from station.session.terms.parts import RESTORE, parts_of
 from station.session.terms.presets import Preset
 from station.workers.executors import Workers
 from station.workers.process import MAX_ATTEMPTS, Work
@@ -134,13 +133,12 @@ class SessionBatch:
         writer = self._writers[task.session]
         name = f"{writer.session.volume.title}, page {task.page}"
         event = record_page(writer, task, done.run)
-        result = event.result
-        assert isinstance(result, Restored)
+        restored = restoration_of(event)
+        result = restored.result
         if not result.is_measured:
             return Event("set aside", name, next(str(leaf.error) for _, leaf in result.failures), batch)
-        record_verdict(writer, event)
-        level = writer.history.page(task.page).level
-        files = [file_of(event, part) for part, leaf in result.leaves.items() if leaf.measures]
+        level = record_verdict(writer, event).level
+        files = [restored.file(part) for part, leaf in result.leaves.items() if leaf.measures]
         places = ", ".join(str(writer.session.path(event, file)) for file in files if file)
         return Event("restored", name, f"{level}, {places}", batch)
 
@@ -150,7 +148,7 @@ def plan_session(name: str, writer: Writer, options: RunOptions) -> Iterator[Ses
     session = writer.session
     preset, rules = _preset(preset_of(session), options), rules_of(session)
     for page in session.history.pages():
-        if page.capture is None or not needs_restoration(session, page, rules):
+        if not needs_restoration(session, page, rules):
             continue
         source = scan_path(session, page.capture)
         parameters = parameters_of(session, page, preset)
@@ -173,13 +171,13 @@ def _preset(preset: Preset, options: RunOptions) -> Preset:
 
 def record_page(writer: Writer, task: SessionTask, made: Run) -> SessionEvent:
     """Record the restoration of a page, with the computer that made it, and return its event."""
-    capture = writer.history.page(task.page).capture
-    assert capture is not None
+    page = writer.history.captured(task.page)
+    assert page is not None
     facts = {**made.facts, "host": os.uname().nodename}
     return record_run(
         writer,
         RESTORE,
-        capture,
+        page.capture,
         parameters=task.parameters,
         result=made.result,
         files=task.folder,
@@ -190,21 +188,20 @@ def record_page(writer: Writer, task: SessionTask, made: Run) -> SessionEvent:
 
 def _outcome(session: Session, leaf: Leaf) -> PageOutcome:
     name = f"{session.volume.title}, page {leaf.name}{f' ({leaf.label})' if leaf.label else ''}"
-    event, report = leaf.page.runs.get(RESTORE), leaf.report
-    if event is None:
+    run, restored = leaf.page.restoration, leaf.restored
+    if run is None or restored is None:
         return PageOutcome(name, "missing", notes=("the batch has not come to it",))
-    if ERROR in report:
-        return PageOutcome(name, "set aside", notes=tuple(filter(None, (report[ERROR], report.get("hint", "")))))
-    size, seconds = tuple(report.get("page_mm", (0.0, 0.0))), event.facts.get("seconds", {})
-    file = file_of(event, leaf.part)
+    if restored.error is not None:
+        return PageOutcome(name, "set aside", notes=tuple(filter(None, (restored.error, restored.hint))))
+    report, size = parts_of(run.event.result)[leaf.part], restored.page_mm or (0.0, 0.0)
     return PageOutcome(
         name,
         "restored",
-        None if file is None else session.path(event, file),
+        picture_of(session, leaf),
         figures_of(report),
         (*concerns(leaf.checks), *texts_of(report)),
         (size[0], size[1]),
-        float(seconds.get("total", 0.0)) if isinstance(seconds, dict) else 0.0,
+        run.seconds,
         leaf.level,
         ci95_of(report),
     )

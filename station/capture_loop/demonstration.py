@@ -8,32 +8,30 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import drivers
 from restore import PageEdits
-from station.capture_loop.loop import CaptureLoop, Done
+from station.capture_loop.loop import CaptureLoop, Done, Show
 from station.capture_loop.turning import turn
 from station.config import StationConfig
 from station.errors import UsageError
 from station.session import Page, Session, Volume, create_session, decide, open_session, read_session
 from station.session.derivation.restoration import run_restore
-from station.session.leaves.leaf import Leaf, leaves_of
-from station.session.log.events import file_of
-from station.session.terms.parts import PAGE, RESTORE, VERDICT, parts_of
+from station.session.leaves.leaf import Leaf, leaves_of, picture_of
+from station.session.log.results import Checked, QualityCheck, Restored
+from station.session.terms.parts import PAGE
 from station.session.terms.presets import load_preset
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured
-from station.verdict.checks import same_as
 from station.workers.background import background
 
 PRESET = "book"
 SESSION, SIDES = "book", "leaves"  # folders of a shift
 VALUE = re.compile(r" \d.*")  # of a check, after what is checked
 LAYOUT = "layout"  # the check that asks for the layout
-Show = Callable[[str], None]
 
 
 class Opening(NamedTuple):
@@ -77,12 +75,11 @@ def demonstrate(output: Path, station: StationConfig, show: Show) -> Shift:
 
 def _copied(session: Session, leaf: Leaf, folder: Path) -> str:
     """Copy the image of a leaf side as `03-left.png`, and return that name."""
-    run = leaf.page.runs[RESTORE]
-    stored = file_of(run, leaf.part)
+    stored = picture_of(session, leaf)
     assert stored is not None
     side = "" if leaf.part == PAGE else f"-{leaf.part}"
     name = f"{leaf.page.number:02}{side}.png"
-    shutil.copyfile(session.path(run, stored), folder / name)
+    shutil.copyfile(stored, folder / name)
     return name
 
 
@@ -134,20 +131,19 @@ def openings_of(session: Session, book: Sequence[Mapping[str, Any]]) -> list[Ope
     worked = []
     for page, opening in zip(session.history.pages(), book, strict=True):
         kind = str(opening.get("kind", ""))
-        cells = [outcome(result, verdict, kind, labels[page.number]) for result, verdict in _shots(session, page)]
+        cells = [outcome(result, quality, kind, labels[page.number]) for result, quality in _shots(session, page)]
         worked.append(Opening(page.number, str(opening.get("lies", "")), *cells[:2]))
     return worked
 
 
-def outcome(result: Mapping[str, Any], verdict: Mapping[str, Any], kind: str, label: str) -> str:
+def outcome(result: Restored, quality: QualityCheck, kind: str, label: str) -> str:
     """Return what a capture gave: the worst check, else what became of the page.
 
-    result, verdict: of its restoration and its checks. kind: of what lies there. label: of the page.
+    kind: of what lies there. label: of the page.
     """
-    worst = verdict["checks"][0]
-    if verdict["level"] != "green":
-        return f"{verdict['level']} {_named(worst)}"
-    parts = list(parts_of(result))
+    if quality.level != "green":
+        return f"{quality.level} {_named(quality.checks[0])}"
+    parts = list(result.leaves)
     if len(parts) == 2:
         return 'green, split, no "same page"' if kind == "blank" else "green, split"
     if parts != [PAGE]:
@@ -183,35 +179,32 @@ def _finish(loop: CaptureLoop, *, waiting: bool = True) -> None:
 
 
 def _red(session: Session) -> list[int]:
-    return [page.number for page in session.history.pages() if _verdict(page).get("level") == "red"]
+    return [page.number for page in session.history.pages() if page.level == "red"]
 
 
 def _asked(session: Session) -> list[int]:
     """The pages of which the station asks for the layout."""
     pages = session.history.pages()
-    return [page.number for page in pages if any(one["name"] == LAYOUT for one in _verdict(page).get("checks", ()))]
+    return [page.number for page in pages if page.quality and any(one.name == LAYOUT for one in page.quality.checks)]
 
 
-def _verdict(page: Page) -> Mapping[str, Any]:
-    run = page.runs.get(VERDICT)
-    return {} if run is None else run.facts["result"]
-
-
-def _shots(session: Session, page: Page) -> Iterator[tuple[Mapping[str, Any], Mapping[str, Any]]]:
+def _shots(session: Session, page: Page) -> Iterator[tuple[Restored, QualityCheck]]:
     """The result of the first restoration of each capture of a page, and its checks."""
     events = [event for event in session.history.events if event.page == page.number]
     for capture in (event for event in events if event.kind == "capture"):
-        restored = next(one for one in events if one.name == RESTORE and one.on == capture.number)
-        checked = next(one for one in events if one.name == VERDICT and one.on == restored.number)
-        yield restored.facts["result"], checked.facts["result"]
+        run = next(one for one in events if one.restored and one.on == capture.number)
+        check = next(one for one in events if one.checked and one.on == run.number)
+        assert run.restored is not None
+        assert check.checked is not None
+        yield run.restored, check.checked
 
 
-def _named(check: Mapping[str, Any]) -> str:
+def _named(check: Checked) -> str:
     """The check in the words of the table."""
-    if check["name"] == LAYOUT:
+    if check.name == LAYOUT:
         return "layout, `2` splits it"
-    same = same_as(check)
-    return f"same page as {same.partition('/')[0]}" if same else VALUE.split(check["text"], maxsplit=1)[0]
+    same = check.same_as
+    return f"same page as {same.partition('/')[0]}" if same else VALUE.split(check.text, maxsplit=1)[0]
 
 
 def _write_labels(loop: CaptureLoop, book: Sequence[Mapping[str, Any]]) -> None:

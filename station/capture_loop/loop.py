@@ -38,12 +38,11 @@ from station.session.derivation.parameters import inputs_of, needs_restoration, 
 from station.session.derivation.quality import lacks_verdict, note_lines, record_verdict, verdict_lines
 from station.session.derivation.restoration import Run, Submit
 from station.session.leaves.leaf import labels_of, missing_labels
-from station.session.log.results import QualityCheck, Restored
+from station.session.log.history import CapturedPage, restoration_of
 from station.session.terms.parts import PAGE, RESTORE
 from station.session.terms.rules import Rule, Scope
 from station.workers.process import MAX_ATTEMPTS
 
-Show = Callable[[str], None]
 Task = Callable[[], None]
 ERASE = "\b\x7f"  # what terminals send for backspace
 
@@ -70,20 +69,16 @@ class Done:
     future: Future[Run]
 
 
-class Line(str):
-    """Line for the operator.
+@dataclass(frozen=True)
+class Message:
+    """Line for the operator. key: what it reports. page: of which page, None for the volume."""
 
-    key: what it reports.
-    page: of which page, None for the volume.
-    """
+    text: str
+    key: str = "line"
+    page: int | None = None
 
-    key: str
-    page: int | None
 
-    def __new__(cls, text: str, key: str = "line", page: int | None = None) -> Line:
-        line = super().__new__(cls, text)
-        line.key, line.page = key, page
-        return line
+Show = Callable[[Message], None]
 
 
 @dataclass
@@ -93,7 +88,7 @@ class CaptureLoop:
     shoot    captures a page; None without a scanner: the rest is restored and checked.
     submit   restores in the background.
     turn     turns the leaves to the place of a capture, before it; does nothing where the operator turns them.
-    show     prints a line for the operator, a `Line`.
+    show     shows a line to the operator.
     changed  is called after every event.
     inbox    keys, restorations that have ended, and tasks to be done between the two.
     outputs  files of a restoration in addition to those of the preset.
@@ -170,16 +165,16 @@ class CaptureLoop:
             "redo": lambda: self._step(redo(self.writer), "done again", "redone"),
             "mark": self._mark,
             "note": self._note,
-            "help": lambda: self.show(HELP),
+            "help": lambda: self.show(Message(HELP)),
             "quit": self._leave,
         }[action]()
 
     def _take_up(self) -> None:
         pages = list(self.writer.history.pages())
         self._page = pages[-1].number if pages else None
-        self.show(Line(f"{self.writer.session.volume.title}: {len(pages)} pages. {HELP}", "title"))
+        self.show(Message(f"{self.writer.session.volume.title}: {len(pages)} pages. {HELP}", "title"))
         for gap in missing_labels(self.writer.session):
-            self.show(Line(f"pages are missing {gap}", "missing"))
+            self.show(Message(f"pages are missing {gap}", "missing"))
         self.catch_up()
 
     def catch_up(self) -> None:
@@ -189,23 +184,23 @@ class CaptureLoop:
         for page in list(self.writer.history.pages()):
             self._continue(page, rules)
 
-    def _continue(self, page: Page, rules: Sequence[Rule]) -> None:
-        if page.capture is None or page.capture.number in self._waiting:
+    def _continue(self, page: CapturedPage | None, rules: Sequence[Rule]) -> None:
+        if page is None or page.capture.number in self._waiting:
             return
         if needs_restoration(self.writer.session, page, rules):
             self._begin(page.capture)
-        elif lacks_verdict(page):
-            self._check_quality(page.runs[RESTORE])
+        elif page.restoration is not None and lacks_verdict(page):
+            self._check_quality(page.restoration.event)
 
     def _shoot(self, page: int | None) -> None:
         if self.shoot is None:
-            self.show(Line("no scanner is configured: name its configuration with --config", "no_scanner"))
+            self.show(Message("no scanner is configured: name its configuration with --config", "no_scanner"))
             return
         try:
             self.turn(place_of(self.writer.history, page))
             scan = self.shoot()
         except ScannerError as error:
-            self.show(Line(f"not captured: {error}" + (f" ({error.hint})" if error.hint else ""), "not_shot"))
+            self.show(Message(f"not captured: {error}" + (f" ({error.hint})" if error.hint else ""), "not_shot"))
             return
         event = add_scan(
             self.writer, scan, page=page, facts={"by": "planish capture", "provenance": dict(scan.provenance)}
@@ -261,7 +256,8 @@ class CaptureLoop:
     def _restore(self, capture: Event) -> None:
         folder = self.writer.staging(f"restore-{capture.number}")
         shutil.rmtree(folder, ignore_errors=True)
-        session, page = self.writer.session, self.writer.history.page(capture.page)
+        session, page = self.writer.session, self.writer.history.captured(capture.page)
+        assert page is not None
         parameters, inputs = parameters_of(session, page), inputs_of(session, page)
         parameters["outputs"] = sorted({*parameters["outputs"], *self.outputs})
         future = self.submit(scan_path(session, capture), parameters, folder)
@@ -299,14 +295,14 @@ class CaptureLoop:
             files=done.folder,
             others=done.inputs,
         )
-        assert isinstance(event.result, Restored)
-        for part, leaf in event.result.failures:
+        result = restoration_of(event).result
+        for part, leaf in result.failures:
             name = f"{self._name(event.page)}{'' if part == PAGE else f', {part}'}"
-            self.show(Line(f"{name}: RED  not restored: {leaf.error} ({leaf.hint})", "restored_failed", event.page))
-        if event.result.is_measured:
+            self.show(Message(f"{name}: RED  not restored: {leaf.error} ({leaf.hint})", "restored_failed", event.page))
+        if result.is_measured:
             self._check_quality(event)
         self.changed()
-        self._continue(self.writer.history.page(event.page), rules_of(self.writer.session))
+        self._continue(self.writer.history.captured(event.page), rules_of(self.writer.session))
 
     def _after_crash(self, done: Done) -> Run | None:
         """The result of a scan that ends its process each time; None when it is tried again."""
@@ -319,12 +315,11 @@ class CaptureLoop:
         return Run({"error": "the program ended while it restored this scan", "hint": "capture the page again"})
 
     def _check_quality(self, restored: Event) -> None:
-        event = record_verdict(self.writer, restored)
-        assert isinstance(event.result, QualityCheck)
-        new = [line for line in note_lines(event.result) if line not in self._noted]  # not with every page
+        quality = record_verdict(self.writer, restored)
+        new = [line for line in note_lines(quality) if line not in self._noted]  # not with every page
         self._noted.update(new)
-        for line in (*verdict_lines(self._name(event.page), event.result), *new):
-            self.show(Line(line, "verdict", event.page))
+        for line in (*verdict_lines(self._name(restored.page), quality), *new):
+            self.show(Message(line, "verdict", restored.page))
 
     def _accept(self) -> None:
         page = self._current()
@@ -336,14 +331,14 @@ class CaptureLoop:
     def _mark(self) -> None:
         page = self._current()
         if page is not None:
-            marked = not page.decided("mark", False)
+            marked = not page.decided.mark
             decide(self.writer, "mark", marked, page=page.number)
             self._show_of_page(page.number, *(("marked", "marked") if marked else ("no longer marked", "unmarked")))
 
     def _note(self) -> None:
         if self._current() is not None:
             self._typed = ""
-            self.show("note, then enter:")
+            self.show(Message("note, then enter:"))
 
     def _add_to_note(self, key: str) -> None:
         """Add one character to a note.
@@ -371,7 +366,7 @@ class CaptureLoop:
 
     def _step(self, step: Event | None, word: str, key: str) -> None:
         if step is None:
-            self.show(Line("there is nothing more", "nothing_more"))
+            self.show(Message("there is nothing more", "nothing_more"))
             return
         if step.page != VOLUME:
             self._page = step.page
@@ -394,15 +389,16 @@ class CaptureLoop:
     def _leave(self) -> None:
         self._leaving = True
         if self._waiting:
-            self.show(f"{len(self._waiting)} pages are still being restored; Ctrl-C leaves them for the next shift")
+            count = len(self._waiting)
+            self.show(Message(f"{count} pages are still being restored; Ctrl-C leaves them for the next shift"))
 
     def _show_of_page(self, page: int, text: str, key: str) -> None:
         self.changed()
-        self.show(Line(f"{self._name(page)}: {text}", key, page or None))
+        self.show(Message(f"{self._name(page)}: {text}", key, page or None))
 
     def _current(self) -> Page | None:
         if self._page is None:
-            self.show(Line("no page has been captured yet: space captures the first", "no_page"))
+            self.show(Message("no page has been captured yet: space captures the first", "no_page"))
             return None
         return self.writer.history.page(self._page)
 

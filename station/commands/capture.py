@@ -59,7 +59,12 @@ def capture(
             settings = station.capture
             take, turned = partial(scanner.capture, settings), partial(turn, scanner)
         loop = CaptureLoop(
-            writer, take, submit, print_result, changed=lambda: enter(index, writer.session), turn=turned
+            writer,
+            take,
+            submit,
+            lambda message: print_result(message.text),
+            changed=lambda: enter(index, writer.session),
+            turn=turned,
         )
         stack.enter_context(keys.single_strokes(sys.stdin))
         stack.enter_context(keys.foot_switch(foot_switch, lambda: loop.inbox.put(" ")))

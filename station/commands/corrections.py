@@ -14,6 +14,7 @@ from station.commands.terminal import print_result, report_faults
 if TYPE_CHECKING:
     from restore import PageEdits
     from station.session import Page, Session, Writer
+    from station.session.log.history import CapturedPage
 
 Operator = Annotated[str, typer.Option(help="Name of who corrects, recorded with it.", envvar="PLANISH_OPERATOR")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Show what would change; record nothing.")]
@@ -188,7 +189,6 @@ def labels(
     with report_faults(debug=debug):
         from station.errors import UsageError
         from station.session import read_session
-        from station.session.leaves.leaf import runs_of
         from station.session.operations.arrangement import leaves_named, set_runs
         from station.session.terms.labels import parse_run
 
@@ -206,7 +206,8 @@ def labels(
                 set_runs(writer, parsed)
                 stored = writer.session
         if listed and not as_json:
-            print_result("\n".join(f"run        {run.as_text()}" for run in runs_of(stored)) or "run        preset")
+            decided = stored.history.volume.decided.labels
+            print_result("\n".join(f"run        {run.as_text()}" for run in decided) or "run        preset")
         print_result(_leaves(stored, as_json))
 
 
@@ -236,16 +237,16 @@ def _printed(session: Session, language: str, as_json: bool) -> str:
     return "\n".join([*differing, f"{len(differing)} of {read} printed numbers differ, {len(pages)} leaves"])
 
 
-def _page(session: Session, name: str, number: int) -> Page:
-    page = session.history.page(number)
-    if page.capture is None:
+def _page(session: Session, name: str, number: int) -> CapturedPage:
+    page = session.history.captured(number)
+    if page is None:
         raise no_page(name, number)
     return page
 
 
 def _by(operator: str, tool: str, page: Page | None = None) -> dict[str, Any]:
-    run = None if page is None else page.runs.get("restore")
-    fields = {"operator": operator, "tool": tool, "saw": None if run is None else run.number}
+    run = None if page is None else page.restoration
+    fields = {"operator": operator, "tool": tool, "saw": None if run is None else run.event.number}
     return {name: value for name, value in fields.items() if value}
 
 

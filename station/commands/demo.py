@@ -43,5 +43,5 @@ def _book(output: Path, run: Run) -> None:
         from station.capture_loop.demonstration import demonstrate, table
         from station.config import BOOK, load_config
 
-        shift = demonstrate(output, load_config(BOOK), lambda line: print(line, file=sys.stderr, flush=True))
+        shift = demonstrate(output, load_config(BOOK), lambda message: print(message.text, file=sys.stderr, flush=True))
         print_result(json.dumps(shift.as_json(), indent=2, ensure_ascii=False) if run.as_json else table(shift))

@@ -62,16 +62,6 @@ def questions(report: Mapping[str, Any]) -> list[Check]:
     ]
 
 
-def same_as(check: Mapping[str, Any]) -> str | None:
-    """Return the page or part that a check found the same, or None.
-
-    >>> same_as({"name": "similarity", "text": "same page as page 5/right 0.97 (amber > 0.80, red > 0.84)"})
-    '5/right'
-    """
-    found = SAME_PAGE.search(check["text"])
-    return found[1] if found and check["name"] == "similarity" else None
-
-
 def check_measures(
     measures: Mapping[str, Any], thresholds: Thresholds, others: Mapping[int, str] | Mapping[str, str]
 ) -> tuple[Level, tuple[Check, ...]]:

@@ -37,7 +37,6 @@ def layout(app_state: Looking, number: PageNumber) -> dict[str, Any]:
     """
     session = app_state.opened().session
     page = shown_page(session, number)
-    assert page.capture is not None
     return {"page": number, "capture": page.capture.number, **app_state.layouts.of(session, page.capture)}
 
 

@@ -6,30 +6,29 @@ from typing import Any
 
 from restore import Settings
 from station.console.faults import ConsoleFault
-from station.session import Page, Session
+from station.session import Session
 from station.session.corrections.layers import effective_edits, layers_of, own_edits, rules_of
 from station.session.derivation.parameters import needs_restoration
 from station.session.log.current import preset_of
-from station.session.terms.parts import RESTORE
+from station.session.log.history import CapturedPage
 from station.session.terms.rules import EDITS
 
 
-def shown_page(session: Session, number: int) -> Page:
+def shown_page(session: Session, number: int) -> CapturedPage:
     """Return a page with a scan. Raises ConsoleFault."""
-    page = session.history.page(number)
-    if page.capture is None:
+    page = session.history.captured(number)
+    if page is None:
         raise ConsoleFault("no_page", f"the session has no page {number}")
     return page
 
 
-def tag_of(session: Session, page: Page) -> int:
+def tag_of(session: Session, page: CapturedPage) -> int:
     """Return the number of the event that a page's own corrections are of.
 
     The scan's own number where it has none: a page that is captured again has another tag. A rule that took the place
     of some of them has one, too.
     """
     capture, event = page.capture, page.decisions.get(EDITS)
-    assert capture is not None
     if event is None:
         return capture.number
     over = (rule.id for rule in rules_of(session) if rule.is_over(event.number, session.history.shots(capture)))
@@ -39,8 +38,7 @@ def tag_of(session: Session, page: Page) -> int:
 def corrections_of(session: Session, number: int) -> dict[str, Any]:
     """Return the corrections of a page as JSON values. Raises ConsoleFault."""
     page = shown_page(session, number)
-    assert page.capture is not None
-    restored, preset = page.runs.get(RESTORE), preset_of(session)
+    run, preset = page.restoration, preset_of(session)
     sources = [{"source": source, "edits": edits.given()} for source, edits in layers_of(session, page)]
     return {
         "page": number,
@@ -52,7 +50,7 @@ def corrections_of(session: Session, number: int) -> dict[str, Any]:
         "preset_layout": str(preset.layout),
         "preset_shading": Settings.model_validate(preset.settings).shading,
         "outdated": needs_restoration(session, page),
-        "restore": None if restored is None else restored.number,
-        "restored": None if restored is None else dict(restored.facts.get("parameters", {})).get("edits"),
-        "parts": {} if page.restored is None else {part: leaf.page_mm for part, leaf in page.restored.leaves.items()},
+        "restore": None if run is None else run.event.number,
+        "restored": None if run is None else run.edits,
+        "parts": {} if run is None else {part: leaf.page_mm for part, leaf in run.result.leaves.items()},
     }

@@ -20,10 +20,8 @@ from restore.scan import Bytes
 from station.console.faults import ConsoleFault
 from station.images.coverage import COLOURS
 from station.page_files.page_model import decode_model
-from station.run.options import reading_of
 from station.session import Event, Session, scan_path
-from station.session.captures.photographs import first_picture, is_set
-from station.session.log.results import Restored
+from station.session.captures.photographs import first_picture
 from station.session.terms.parts import PAGE, STEM
 
 MAX_PIXELS = 120_000_000  # of a picture that is shown: 360 MB as it is drawn
@@ -94,7 +92,7 @@ def models_of(restored: Event | None, capture: Event | None) -> list[str]:
     found = [] if capture is None else ["scan"]
     if restored is None or not any(name.endswith(ENDINGS["strain"]) for name in restored.files):
         return found
-    method = restored.result.method if isinstance(restored.result, Restored) else None
+    method = None if restored.restored is None else restored.restored.method
     return [*found, "mesh", *(["steps"] if method in STEPPING else [])]
 
 
@@ -124,11 +122,11 @@ def scan_of(session: Session, event: Event) -> RangeScan | Any:
     """
     if event.kind != "capture":
         raise ConsoleFault("not_found", f"event {event.number} is not a scan")
-    if is_set(event.facts):
+    if event.captured.is_photographed:
         raise ConsoleFault("not_recorded", "photographs have no scan", "look at the restored page")
     for name in event.files:
         _refuse_links(session, session.path(event, name))
-    return load_scan(scan_path(session, event), **reading_of(event.facts))
+    return load_scan(scan_path(session, event), **event.captured.reading)
 
 
 def _stored_set(session: Session, event: Event) -> Path:
@@ -143,7 +141,7 @@ def read_layer(session: Session, event: Event, layer: str) -> Bytes:
 
     Or, with transparency, (h, w, 4). Raises ConsoleFault, BadInput, OSError.
     """
-    if layer == ON_CAPTURE and is_set(event.facts):
+    if layer == ON_CAPTURE and event.kind == "capture" and event.captured.is_photographed:
         return first_picture(_stored_set(session, event)).image
     if layer == ON_CAPTURE:
         texture = scan_of(session, event).texture

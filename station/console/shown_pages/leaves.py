@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from station.console.shown_pages.layers import prefix_of
-from station.session import VOLUME, Session
-from station.session.leaves.leaf import MISSING, ORDER, Leaf, leaves_of, runs_of
+from station.session import Session
+from station.session.leaves.leaf import MISSING, ORDER, Leaf, leaves_of
 from station.session.terms.labels import LABELS
-from station.session.terms.parts import RESTORE
 
 
 def shown_leaves(session: Session) -> dict[str, Any]:
@@ -18,8 +17,8 @@ def shown_leaves(session: Session) -> dict[str, Any]:
 
     Those that are left out, too.
     """
-    found = [leaf for leaf in leaves_of(session) if leaf.page.capture is not None]
-    runs = {run.start: run.model_dump(mode="json", exclude={"start"}) for run in runs_of(session)}
+    found, decided = leaves_of(session), session.history.volume.decided
+    runs = {run.start: run.model_dump(mode="json", exclude={"start"}) for run in decided.labels}
     same = _same_pages(found)
     leaves = [{**_shown(leaf), "run": runs.get(leaf.name), "same": sorted(same[leaf.name])} for leaf in found]
     return {"tag": arrangement_tag(session), "leaves": leaves}
@@ -30,7 +29,7 @@ def arrangement_tag(session: Session) -> int:
 
     0 for none.
     """
-    decisions = session.history.page(VOLUME).decisions
+    decisions = session.history.volume.decisions
     return max((decisions[name].number for name in (ORDER, LABELS, MISSING) if name in decisions), default=0)
 
 
@@ -49,9 +48,7 @@ def _same_pages(leaves: Sequence[Leaf]) -> Mapping[str, set[str]]:
 
 
 def _shown(leaf: Leaf) -> dict[str, Any]:
-    restored, result = leaf.page.runs.get(RESTORE), leaf.page.restored
-    is_drawn = restored is not None and leaf.restored is not None and leaf.restored.error is None
-    assert leaf.page.capture is not None
+    run = leaf.page.restoration if leaf.restored is not None and leaf.restored.error is None else None
     return {
         "name": leaf.name,
         "tag": leaf.tag,
@@ -63,6 +60,6 @@ def _shown(leaf: Leaf) -> dict[str, Any]:
         "position": leaf.position,
         "left_out": leaf.is_left_out,
         "missing": list(leaf.missing),
-        "event": restored.number if restored and is_drawn else leaf.page.capture.number,
-        "layer": f"{prefix_of(leaf.part, len(result.leaves))}page" if result and is_drawn else "original",
+        "event": run.event.number if run else leaf.page.capture.number,
+        "layer": f"{prefix_of(leaf.part, len(run.result.leaves))}page" if run else "original",
     }

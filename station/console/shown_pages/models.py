@@ -17,7 +17,6 @@ from station.console.shown_pages.strain import end_of_scale
 from station.page_files.mesh import unit_square
 from station.page_files.model import MM_PER_INCH, centred, encode_arrays
 from station.session import Event, Session
-from station.session.log.results import Restored
 from station.session.terms.parts import PAGE
 
 KINDS = ("scan", "mesh", "steps")
@@ -56,7 +55,7 @@ def page_model(session: Session, event: Event, leaf: str, capture: int) -> bytes
     """
     arrays, _ = read_model(session, event, file_of_layer(f"{leaf}strain"))
     strain = arrays["strain"].astype(np.float64)
-    result = event.result.leaves.get(leaf.removesuffix(".") or PAGE) if isinstance(event.result, Restored) else None
+    result = event.restored.leaves.get(leaf.removesuffix(".") or PAGE) if event.restored else None
     facts = {"kind": "mesh", "strain_end": end_of_scale(strain), "page_mm": result and result.page_mm}
     wanted = {name: arrays[name] for name in MESH if name in arrays}
     return encode_arrays(wanted, {**facts, **_texture(capture, wanted.get("uv"))})

@@ -19,8 +19,7 @@ from station.console.shown_pages.layers import (
 from station.session import VOLUME, Event, Page, Session
 from station.session.derivation.restoration import PAGE
 from station.session.leaves.views import PageView, views_of
-from station.session.log.results import Restored
-from station.session.terms.parts import RESTORE, VERDICT
+from station.session.terms.parts import STAGES
 from station.verdict.table import MEASURES
 
 Row = dict[str, Any]
@@ -39,11 +38,11 @@ def rows_of(session: Session, restoring: Collection[int] = ()) -> list[Row]:
 def detail_of(session: Session, row: Row) -> dict[str, Any]:
     """A row with all that is known of its page, but for what stands in its files."""
     page = session.history.page(row["page"])
-    restored, verdict = page.runs.get(RESTORE), page.runs.get(VERDICT)
-    result = {} if restored is None else dict(restored.facts["result"])
+    restored, verdict = (page.runs.get(stage) for stage in STAGES)
+    result = {} if restored is None else dict(restored.result)
     measures = dict(result.pop("measures", {}))
     measures.pop("fingerprint", None)
-    found = {} if verdict is None else dict(verdict.facts["result"])
+    found = {} if verdict is None else dict(verdict.result)
     return {
         **row,
         "checks": [finding_of(one) for one in found.get("checks", [])],
@@ -98,9 +97,9 @@ def _row(view: PageView, restoring: Collection[int]) -> Row:
         "level": view.page.level,
         "asks": [{"name": one.name, "part": one.part} for one in view.questions],
         "rank": round(view.rank, 3),
-        "capture": view.capture.number,
-        "restore": None if restored is None else restored.number,
-        "captured": view.capture.time,
+        "capture": view.page.capture.number,
+        "restore": None if restored is None else restored.event.number,
+        "captured": view.page.capture.time,
         "busy": view.page.number in restoring,
     }
 
@@ -132,7 +131,7 @@ def _event(event: Event) -> dict[str, Any]:
 
 def _leaves(session: Session, run: Event | None) -> Iterator[dict[str, Any]]:
     """Each part of a restoration: its size, its layers, or why it could not be restored."""
-    parts = run.result.leaves if run is not None and isinstance(run.result, Restored) else {}
+    parts = run.restored.leaves if run is not None and run.restored is not None else {}
     for part, restored in parts.items():
         prefix = prefix_of(part, len(parts))
         yield {
@@ -150,7 +149,7 @@ def _before(session: Session, restored: Event | None) -> dict[str, Any] | None:
     """Return the latest other restoration of the scan, with its parts."""
     others = [] if restored is None else [one for one in session.history.events if one.slot == restored.slot]
     earlier = [one for one in others if one.kind == "stage" and restored and one.number != restored.number]
-    if not earlier or not isinstance(earlier[-1].result, Restored) or earlier[-1].result.error is not None:
+    if not earlier or earlier[-1].restored is None or earlier[-1].restored.error is not None:
         return None
     return {"event": earlier[-1].number, "leaves": list(_leaves(session, earlier[-1]))}
 

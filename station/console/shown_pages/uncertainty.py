@@ -11,7 +11,7 @@ from station.console.shown_pages.layers import file_of_layer, opened, stored_fil
 from station.console.shown_pages.tiles import StoredPyramid, build_pyramid
 from station.pictures.strain import UNSIGNED, round_up
 from station.session import Event, Session
-from station.session.terms.parts import PAGE, parts_of
+from station.session.terms.parts import PAGE
 
 SHOWN_PERCENT = 99.0  # of the pixels are within the scale: one corner must not hide the rest
 OPACITY = 190
@@ -31,11 +31,11 @@ def uncertainty_scale(session: Session, event: Event, prefix: str = "") -> dict[
 
     Raises ConsoleFault, BadInput, OSError.
     """
-    values, result = _values(session, event, prefix), event.facts.get("result", {})
-    report = parts_of(result).get(prefix.removesuffix(".") or PAGE, result)
+    values = _values(session, event, prefix)
+    result = event.restored.leaves.get(prefix.removesuffix(".") or PAGE, event.restored) if event.restored else None
     return {
         "unit": "mm",
-        "uncertainty_mm": report.get("uncertainty_mm", {}),
+        "uncertainty_mm": (result and result.uncertainty_mm) or {},
         "end": end_of_scale(values),
         "colours": ["#{:02x}{:02x}{:02x}".format(*colour.astype(int)) for colour in UNSIGNED],
     }

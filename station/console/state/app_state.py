@@ -20,6 +20,7 @@ from typing import Any
 import drivers
 from drivers import ScannerError
 from restore import RangeScan
+from station.capture_loop.loop import Message
 from station.capture_loop.turning import Place, place_of, stay
 from station.config import StationConfig
 from station.console.faults import REPORTED, ConsoleFault, problem_of
@@ -337,7 +338,7 @@ class AppState:
             self.event_stream.publish("preview", self.preview.facts)
         except Exception as error:  # of any kind: a preview ends nothing
             problem = problem_of(error)
-            self.broadcast.line(f"no preview: {problem['text']}", key="not_shot", data=problem)
+            self.broadcast.line(Message(f"no preview: {problem['text']}", "not_shot"), problem)
         finally:
             self.scanner.release()
 
@@ -346,8 +347,8 @@ class AppState:
 
     # What the capture loop reports, from its own thread.
 
-    def _line(self, text: str) -> None:
-        self.broadcast.line(text)
+    def _line(self, message: Message) -> None:
+        self.broadcast.line(message)
         self._send_rows()
 
     def _session_changed(self) -> None:

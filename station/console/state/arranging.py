@@ -9,7 +9,7 @@ from station.console.faults import ConsoleFault
 from station.console.shown_pages.leaves import arrangement_tag, shown_leaves
 from station.console.state.open_session import WritableSession
 from station.session import Session, decide
-from station.session.leaves.leaf import LABEL, ORDER, Leaf, leaves_of, missing_of, runs_of
+from station.session.leaves.leaf import LABEL, ORDER, Leaf, leaves_of
 from station.session.operations.arrangement import leave_out, set_label, set_missing, set_runs
 from station.session.terms.labels import MAX_MISSING, MAX_RUNS, Run
 from station.session.terms.texts import check_text
@@ -46,7 +46,7 @@ def number_from(opened: WritableSession, name: str, run: Run | None, tag: int) -
 
     def record(loop: CaptureLoop) -> None:
         leaf_named(loop.writer.session, name)
-        present = runs_of(loop.writer.session)
+        present = list(loop.writer.history.volume.decided.labels)
         own = [] if run is None else [run.model_copy(update={"start": name})]
         wanted = [*(one for one in present if one.start != name), *own]
         _check_count(wanted, MAX_RUNS)
@@ -65,7 +65,7 @@ def mark_missing(opened: WritableSession, name: str, labels: Sequence[str], tag:
 
     def record(loop: CaptureLoop) -> None:
         present = list(leaf_named(loop.writer.session, name).missing)
-        _check_count([*missing_of(loop.writer.session), *texts], MAX_MISSING + len(present))
+        _check_count([*loop.writer.history.volume.decided.missing, *texts], MAX_MISSING + len(present))
         if present != texts:
             set_missing(loop.writer, name, texts)
 

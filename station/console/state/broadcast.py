@@ -6,10 +6,12 @@ The state at most ten times a second.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from typing import Any
 
+from station.capture_loop.loop import Message
 from station.console.shown_pages.rows import Row
 from station.console.state.event_stream import EventStream
 from station.console.state.jobs import Job
@@ -64,15 +66,9 @@ class Broadcast:
             self.event_stream.publish("pages", {})
         self.changed()
 
-    def line(self, text: str, *, key: str = "", page: int | None = None, data: dict[str, Any] | None = None) -> None:
-        """Send a line for the operator.
-
-        One of a capture loop has its own key and page.
-        """
-        key = key or getattr(text, "key", "line")
-        self.event_stream.publish(
-            "message", {"text": str(text), "key": key, "page": page or getattr(text, "page", None), "data": data or {}}
-        )
+    def line(self, message: Message, data: Mapping[str, Any] | None = None) -> None:
+        """Send a line for the operator, with facts."""
+        self.event_stream.publish("message", {**asdict(message), "data": dict(data or {})})
 
     def job(self, job: Job) -> None:
         """Send a job, with the last of its items."""

@@ -11,7 +11,6 @@ from station.console.faults import ConsoleFault
 from station.console.state.open_session import WritableSession
 from station.session import Session, decide
 from station.session.log.current import about_of
-from station.session.log.events import VOLUME
 from station.session.terms.about import ABOUT, about_from
 
 
@@ -45,5 +44,5 @@ def describe(opened: WritableSession, about: Mapping[str, Any], tag: int) -> dic
 
 
 def _tag(session: Session) -> int:
-    event = session.history.page(VOLUME).decisions.get(ABOUT)
+    event = session.history.volume.decisions.get(ABOUT)
     return 0 if event is None else event.number

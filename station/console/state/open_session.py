@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from restore import RangeScan
-from station.capture_loop.loop import CaptureLoop, Task
+from station.capture_loop.loop import CaptureLoop, Show, Task
 from station.capture_loop.turning import Place, stay
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.rows import Row, rows_of
@@ -46,7 +46,7 @@ class Listener:
     ended    with the error that ended the loop, None when it was closed.
     """
 
-    line: Callable[[str], None]
+    line: Show
     changed: Callable[[], None]
     ended: Callable[[BaseException | None], None]
 

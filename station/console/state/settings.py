@@ -15,8 +15,7 @@ from pydantic import ValidationError
 from drivers import CaptureSettings, SettingsError
 from restore import Settings
 from station.console.faults import ConsoleFault
-from station.session import VOLUME, Session
-from station.session.log.facts import SETTINGS
+from station.session import Session
 from station.session.terms.presets import Preset, changed_preset
 from station.verdict.table import MEASURES
 from station.verdict.thresholds import Thresholds, check_limits
@@ -30,8 +29,7 @@ RESTORE_UNITS = {"dpi": "dpi", "inpaint_mm": "mm"}
 
 def changes_of(session: Session | None) -> Changes:
     """What was changed in a session, by group; empty without a session."""
-    decided = None if session is None else session.history.page(VOLUME).decided(SETTINGS)
-    table = decided if isinstance(decided, dict) else {}
+    table = {} if session is None else session.history.volume.decided.settings
     return {group: dict(table.get(stored, {})) for group, stored in STORED.items()}
 
 

@@ -6,7 +6,7 @@ Stored as they are, restored as `planish photos` does.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -66,11 +66,6 @@ def first_picture(folder: Path) -> Photograph:
     if _is_video(first):
         raise BadInput(f"{first.name} is a video, which is not shown", "look at the restored page")
     return read_photographs([first])[0]
-
-
-def is_set(facts: Mapping[str, Any]) -> bool:
-    """Whether a capture of such facts is a set of photographs."""
-    return SCALE in facts
 
 
 def _is_video(path: Path) -> bool:

@@ -96,7 +96,7 @@ def record_staged(writer: Writer, staged: Staged, *, page: int | None = None) ->
 
 def scan_path(session: Session, capture: Event) -> Path:
     """The path of a capture's scan, for `load_scan`."""
-    return session.path(capture, str(capture.facts["scan"]))
+    return session.path(capture, capture.captured.scan)
 
 
 def _capture(writer: Writer, folder: Path, page: int | None, facts: Mapping[str, Any]) -> Event:

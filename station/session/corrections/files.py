@@ -8,7 +8,7 @@ from restore import BadInput, PageEdits, parse_edits
 from station.run.edits import MAX_BYTES, digest_of
 from station.session.captures.scans import scan_path
 from station.session.corrections.layers import resolved_edits
-from station.session.log.history import Page
+from station.session.log.history import CapturedPage
 from station.session.log.store import Session
 from station.storage.atomic import lock_output_folder, refuse_existing, write_all
 from station.storage.given_file import read_given
@@ -17,7 +17,7 @@ from station.storage.session_folder import refuse_session
 SCAN = "sha512:"
 
 
-def export_edits(session: Session, page: Page, path: Path, *, force: bool = False) -> None:
+def export_edits(session: Session, page: CapturedPage, path: Path, *, force: bool = False) -> None:
     """Write all corrections of a page, with those of rules, to a file that fits its scan.
 
     `planish restore` of the scan with this file gives the page that the session has.
@@ -32,7 +32,7 @@ def export_edits(session: Session, page: Page, path: Path, *, force: bool = Fals
 
 
 def import_edits(
-    session: Session, page: Page, path: Path, *, of_another: bool = False
+    session: Session, page: CapturedPage, path: Path, *, of_another: bool = False
 ) -> tuple[PageEdits, dict[str, str]]:
     """Read corrections from a file, and return them with the labels of their parts.
 
@@ -47,8 +47,7 @@ def import_edits(
     return edits.dropped("scan", "format", "version", "frame", "label"), labels
 
 
-def _digests(session: Session, page: Page) -> list[str]:
+def _digests(session: Session, page: CapturedPage) -> list[str]:
     """Return the digests of a scan: of its main file, and of its record."""
-    assert page.capture is not None
     scan = scan_path(session, page.capture)
     return [*([digest_of(scan)] if scan.is_file() else []), SCAN + page.capture.sha512]

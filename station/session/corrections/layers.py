@@ -12,18 +12,17 @@ from typing import Any
 
 from restore import PageEdits
 from station.choices import Layout
-from station.session.log.events import VOLUME
 from station.session.log.history import Page
 from station.session.log.store import Session
 from station.session.terms.parts import LEFT, PAGE, RIGHT
-from station.session.terms.rules import EDITS, RULES, RULES_TABLE, Rule, edits_of
+from station.session.terms.rules import EDITS, Rule, edits_of
 
 PRESET = "preset"  # the source of a field that neither a rule nor the page itself gives
 
 
-def rules_of(session: Session) -> list[Rule]:
+def rules_of(session: Session) -> Sequence[Rule]:
     """The rules of a volume, in their order."""
-    return RULES_TABLE.validate_python(session.history.page(VOLUME).decided(RULES, []))
+    return session.history.volume.decided.rules
 
 
 def own_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> PageEdits:
@@ -31,10 +30,9 @@ def own_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None)
 
     As they were given, without the fields that a later rule took the place of.
     """
-    table, event, capture = page.decided(EDITS), page.decisions.get(EDITS), page.capture
-    if not isinstance(table, dict) or event is None or capture is None:
+    edits, event, capture = page.decided.edits, page.decisions.get(EDITS), page.capture
+    if edits is None or event is None or capture is None:
         return PageEdits()
-    edits = edits_of(table)
     for rule in rules_of(session) if rules is None else rules:
         if rule.is_over(event.number, session.history.shots(capture)):
             edits = edits.without(rule.edits)

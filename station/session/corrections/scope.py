@@ -10,7 +10,7 @@ from restore import PageEdits
 from station.errors import UsageError
 from station.session.corrections.fields import changed
 from station.session.corrections.layers import own_edits
-from station.session.log.history import Page
+from station.session.log.history import CapturedPage
 from station.session.log.store import Session
 from station.session.terms.parts import PARTS, parse_leaf, parse_pages
 from station.session.terms.rules import Scope
@@ -60,7 +60,7 @@ def planned_rule(session: Session, words: Sequence[str], to: str, *, future: boo
         raise UsageError(f"--to {to} is for fields of a leaf, and not of the whole page", "use --to all, or name pages")
     pages = _pages(session, to)
     scope = Scope(
-        captures="all" if to in ("all", *SIDES) else [page.capture.number for page in pages if page.capture],
+        captures="all" if to in ("all", *SIDES) else [page.capture.number for page in pages],
         side=side or "any",
         future=future,
     )
@@ -68,7 +68,7 @@ def planned_rule(session: Session, words: Sequence[str], to: str, *, future: boo
     return PlannedRule(scope, edits, tuple(page.number for page in pages), own)
 
 
-def _pages(session: Session, to: str) -> list[Page]:
+def _pages(session: Session, to: str) -> list[CapturedPage]:
     """Return the pages that a text names. Raises UsageError."""
     pages = list(session.history.pages())
     if to in ("all", *SIDES):

@@ -24,12 +24,11 @@ from restore import (
     restore,
 )
 from restore.scan import Bytes, Floats
-from station.run.options import reading_of
 from station.session.captures.scans import scan_path
 from station.session.log.events import Event, slot_of
 from station.session.log.history import History
 from station.session.log.store import Session
-from station.session.terms.rules import CARRIED, DROPPED, EDITS, edits_of
+from station.session.terms.rules import CARRIED, DROPPED, EDITS
 from station.verdict.same_page import fingerprint, similarity
 
 SAME_PAGE = 0.84  # similarity of fingerprints, the amber limit of the quality check
@@ -76,12 +75,11 @@ def carried_edits(session: Session, earlier: Event, later: Event, edits: PageEdi
 def _edits_of(history: History, capture: Event) -> PageEdits:
     """Return the corrections of a scan; empty without any."""
     event = history.current(capture.page, slot_of(EDITS, capture))
-    value = None if event is None else event.facts.get("value")
-    return PageEdits() if value is None else edits_of(value)
+    return PageEdits() if event is None or event.value is None else event.value
 
 
 def _scan_of(session: Session, capture: Event) -> Scan:
-    return load_scan(scan_path(session, capture), **reading_of(capture.facts))
+    return load_scan(scan_path(session, capture), **capture.captured.reading)
 
 
 def motion_between(earlier: Scan, later: Scan) -> Move | None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from station.session.corrections.layers import effective_edits, rules_of
-from station.session.derivation.parameters import is_of
 from station.session.log.events import VOLUME, Event, slot_of
+from station.session.log.history import restoration_of
 from station.session.log.steps import move
 from station.session.log.store import Writer
 from station.session.terms.parts import RESTORE
@@ -21,16 +21,17 @@ def show_fitting(writer: Writer, step: Event | None = None) -> None:
     if step is not None and step.name not in (EDITS, RULES):
         return
     rules = rules_of(writer.session)
-    pages = list(writer.history.pages()) if step is None or step.page == VOLUME else [writer.history.page(step.page)]
     runs = _runs(writer)
-    for page in pages:
-        made = [] if page.capture is None else runs.get(slot_of(RESTORE, page.capture), [])
+    for page in list(writer.history.pages()):
+        made = runs.get(slot_of(RESTORE, page.capture), [])
+        if step is not None and step.page not in (VOLUME, page.number):
+            continue
         if len(made) < 2:  # no other one can be shown
             continue
         edits = effective_edits(writer.session, page, rules)
-        if RESTORE in page.runs and is_of(page.runs[RESTORE], edits):
+        if page.restoration is not None and page.restoration.edits == edits:
             continue
-        fitting = next((run for run in reversed(made) if is_of(run, edits)), None)
+        fitting = next((run for run in reversed(made) if restoration_of(run).edits == edits), None)
         if fitting is not None:
             move(writer, page.number, fitting.slot, fitting, reason="stage")
 

@@ -14,10 +14,10 @@ from station.session.derivation.restoration import Run
 from station.session.log.current import preset_of
 from station.session.log.events import Event
 from station.session.log.history import Page
-from station.session.log.results import Checked, QualityCheck, Restored
+from station.session.log.results import Checked, QualityCheck
 from station.session.log.steps import record_run
 from station.session.log.store import Writer
-from station.session.terms.parts import RESTORE, VERDICT, leaf_name, measured_parts, parts_of
+from station.session.terms.parts import VERDICT, leaf_name, measured_parts, parts_of
 from station.session.terms.rules import DROPPED
 from station.verdict.calibration_notes import calibration_notes
 from station.verdict.checks import CORRECTIONS_DROPPED, Check, as_result, check_measures, questions, worst_first
@@ -31,8 +31,8 @@ def lacks_verdict(page: Page) -> bool:
     return page.quality is None and page.restored is not None and page.restored.is_measured
 
 
-def record_verdict(writer: Writer, restored: Event) -> Event:
-    """Check a restoration by the session's limits, and record the verdict.
+def record_verdict(writer: Writer, restored: Event) -> QualityCheck:
+    """Check a restoration by the session's limits, record the verdict and return it.
 
     They are those of its preset. Raises OSError when the disk refuses.
     """
@@ -42,8 +42,10 @@ def record_verdict(writer: Writer, restored: Event) -> Event:
     if own_edits(writer.session, writer.history.page(restored.page)).by.tool == DROPPED:
         parameters["corrections_dropped"] = True
     others = list(_restored_pages(writer, without=restored.page))[-MAX_COMPARED:]
-    run = run_verdict(restored.facts["result"], parameters, fingerprints_of(others))
-    return record_run(writer, VERDICT, restored, parameters=parameters, result=run.result, others=others)
+    run = run_verdict(restored.result, parameters, fingerprints_of(others))
+    event = record_run(writer, VERDICT, restored, parameters=parameters, result=run.result, others=others)
+    assert event.checked is not None
+    return event.checked
 
 
 def fingerprints_of(restored: Iterable[Event]) -> dict[str, str]:
@@ -51,8 +53,8 @@ def fingerprints_of(restored: Iterable[Event]) -> dict[str, str]:
     return {
         leaf_name(one.page, part): leaf.measures.fingerprint
         for one in restored
-        if isinstance(one.result, Restored)
-        for part, leaf in one.result.leaves.items()
+        if one.restored is not None
+        for part, leaf in one.restored.leaves.items()
         if leaf.measures is not None
     }
 
@@ -78,9 +80,9 @@ def _line(check: Checked) -> str:
 
 def _restored_pages(writer: Writer, *, without: int) -> Iterator[Event]:
     for page in writer.history.pages():
-        run = page.runs.get(RESTORE)
-        if page.number != without and run is not None and page.restored is not None and page.restored.is_measured:
-            yield run
+        run = page.restoration
+        if page.number != without and run is not None and run.result.is_measured:
+            yield run.event
 
 
 def run_verdict(result: Mapping[str, Any], parameters: Mapping[str, Any], others: Mapping[str, str]) -> Run:

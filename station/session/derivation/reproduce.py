@@ -9,7 +9,6 @@ import shutil
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from restore import BadInput
 from station.page_files.report import finite
@@ -80,24 +79,19 @@ def derive(session: Session, event: Event, folder: Path, *, derivers: Mapping[st
 def _differences(event: Event, run: Run, folder: Path) -> Iterator[str]:
     files = file_digests(folder)
     yield from sorted(name for name in {*files, *event.files} if files.get(name) != event.files.get(name))
-    made, recorded = finite(run.result), finite(event.facts["result"])
+    made, recorded = finite(run.result), finite(event.result)
     keys = sorted({*made, *recorded})
     yield from (f"result.{key}" for key in keys if made.get(key, ABSENT) != recorded.get(key, ABSENT))
 
 
 def _restore(session: Session, event: Event, folder: Path) -> Run:
     capture = session.history.event(event.inputs[0].event)
-    return run_restore(scan_path(session, capture), _parameters(event), folder)
-
-
-def _parameters(event: Event) -> Mapping[str, Any]:
-    parameters: Mapping[str, Any] = event.facts.get("parameters", {})
-    return parameters
+    return run_restore(scan_path(session, capture), event.parameters, folder)
 
 
 def _verdict(session: Session, event: Event, _folder: Path) -> Run:
     on, *others = (session.history.event(one.event) for one in event.inputs)
-    return run_verdict(on.facts["result"], _parameters(event), fingerprints_of(others))
+    return run_verdict(on.result, event.parameters, fingerprints_of(others))
 
 
 DERIVERS: Mapping[str, Derive] = {RESTORE: _restore, VERDICT: _verdict}

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from restore import BadInput
 from station.errors import DISK, StationError
-from station.session.log.history import Page
+from station.session.log.history import CapturedPage
 from station.session.log.reading import SessionDamaged, identifier_of
 from station.session.log.store import Session, read_session
 from station.storage.disk import sync_folder
@@ -275,10 +275,9 @@ def _marks(table: type) -> str:
     return ", ".join("?" * len(fields(table)))
 
 
-def _page_entry(session: str, page: Page, position: int) -> PageEntry:
-    assert page.capture is not None
-    label, note = (str(page.decided(name, "")) for name in ("label", "note"))
-    return PageEntry(session, page.number, position, label, page.state, page.level, note, page.capture.time)
+def _page_entry(session: str, page: CapturedPage, position: int) -> PageEntry:
+    label, note, time = page.decided.label or "", page.decided.note, page.capture.time
+    return PageEntry(session, page.number, position, label, page.state, page.level, note, time)
 
 
 def _sessions_below(folders: Iterable[Path], problems: list[str]) -> Iterator[Path]:

@@ -8,11 +8,9 @@ from typing import Any
 
 from restore import RestoreError, find_layout, load_scan
 from station.progress import Progress, silent
-from station.run.options import reading_of
-from station.session.captures.photographs import is_set
 from station.session.captures.scans import scan_path
 from station.session.corrections.layers import effective_edits, rules_of
-from station.session.log.history import Page
+from station.session.log.history import CapturedPage
 from station.session.log.store import Session
 
 NO_SCAN = "it was photographed and has no scan"
@@ -55,20 +53,19 @@ def layouts_of(session: Session, progress: Progress = silent) -> Iterator[PageLa
     progress("layout", 1.0)
 
 
-def _recorded(page: Page) -> Mapping[str, Any] | None:
+def _recorded(page: CapturedPage) -> Mapping[str, Any] | None:
     """Return the layout that the restoration of a page found, None without one."""
     leaves = () if page.restored is None else page.restored.leaves.values()
     return next((leaf.layout for leaf in leaves if isinstance(leaf.layout, Mapping)), None)
 
 
-def _looked_for(session: Session, page: Page) -> tuple[Mapping[str, Any], str]:
+def _looked_for(session: Session, page: CapturedPage) -> tuple[Mapping[str, Any], str]:
     """Return the layout of the scan of a page, and what prevents it."""
-    assert page.capture is not None
-    facts = page.capture.facts
-    if is_set(facts):
+    captured = page.capture.captured
+    if captured.is_photographed:
         return {}, NO_SCAN
     try:
-        scan = load_scan(scan_path(session, page.capture), **reading_of(facts))
+        scan = load_scan(scan_path(session, page.capture), **captured.reading)
         return find_layout(scan).as_json(), ""
     except RestoreError as error:
         return {}, str(error)

@@ -5,26 +5,27 @@ A leaf side is what a reader turns to: one part of one scan.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from pathlib import Path
+from typing import TypeVar
 
 from station.session.corrections.layers import effective_edits, rules_of
 from station.session.log.current import about_of, preset_of
-from station.session.log.events import VOLUME
-from station.session.log.history import Page
+from station.session.log.history import CapturedPage
 from station.session.log.results import Checked, Restored
 from station.session.log.store import Session
 from station.session.terms.about import RTL
-from station.session.terms.labels import LABELS, LEAF_ORDER, MISSING_LEAVES, RUNS, Missing, Run, run_of_preset
-from station.session.terms.parts import PAGE, RESTORE, leaf_name, parts_of
+from station.session.terms.labels import Run, run_of_preset
+from station.session.terms.parts import LEFT, PAGE, RIGHT, leaf_name
 from station.verdict.checks import worst
 
 UNCOUNTED = frozenset({"cover", "target", "insert", "foldout"})  # kinds without a label of their own
 SPREADS = frozenset({"spread", "plate"})  # kinds that are two leaf sides, where they stay whole
 ORDER, LEFT_OUT, MISSING, LABEL = "order", "left_out", "missing", "label"  # names of decisions
 DASH = "–"  # between the two labels of a whole spread
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -35,17 +36,17 @@ class Leaf:
     position  among the leaf sides that are delivered, from 1; 0 for one that is left out.
     labels    empty where it is not counted, two for a spread that stays whole.
     kind      of what the scan shows, as of `PageEdits`; empty where it was not set.
-    report    of its restoration; empty without one.
+    restored  the result of its restoration; None without one.
     missing   labels of leaf sides that are missing before it.
     """
 
-    page: Page
+    page: CapturedPage
     part: str
     position: int
     labels: tuple[str, ...]
     side: str
     kind: str
-    report: Mapping[str, Any]
+    restored: Restored | None
     missing: tuple[str, ...] = ()
 
     @property
@@ -61,12 +62,13 @@ class Leaf:
     @property
     def is_left_out(self) -> bool:
         """Whether it is kept and not delivered."""
-        return self.decided(LEFT_OUT, False) is True
+        decided = self.page.decided
+        return bool(self._own(decided.left_out, decided.left_out_left, decided.left_out_right))
 
     @property
-    def restored(self) -> Restored | None:
-        """The result of its restoration."""
-        return None if self.page.restored is None else self.page.restored.leaves.get(self.part)
+    def own_label(self) -> str | None:
+        """The label that was decided; None where its place in a run decides."""
+        return self._own(self.page.decided.label, self.page.decided.label_left, self.page.decided.label_right)
 
     @property
     def is_checked(self) -> bool:
@@ -90,20 +92,28 @@ class Leaf:
         names = {end for name in (LABEL, LEFT_OUT) for end in (name, f"{name}_{self.part}")}
         return max((decision.number for name, decision in self.page.decisions.items() if name in names), default=0)
 
-    def decided(self, name: str, default: object = "") -> object:
-        """The value of a decision on this part, or on its page where it is the only one."""
+    def _own(self, of_page: T | None, left: T | None, right: T | None) -> T | None:
+        """Return what was decided on this part, or on its page where it is the only one."""
+        found = {LEFT: left, RIGHT: right}.get(self.part)
         split = self.page.restored is not None and self.page.restored.is_split
-        return self.page.decided(f"{name}_{self.part}", default if split else self.page.decided(name, default))
+        return of_page if found is None and not split else found
 
 
 def leaves_of(session: Session) -> list[Leaf]:
     """List the leaf sides of a volume, in their order."""
-    return list(_labelled(session, _ordered(list(_found(session)), order_of(session))))
+    return list(_labelled(session, _ordered(list(_found(session)), session.history.volume.decided.order)))
 
 
 def delivered_leaves(session: Session) -> list[Leaf]:
     """List the leaf sides that are delivered: those that are not left out."""
     return [leaf for leaf in leaves_of(session) if not leaf.is_left_out]
+
+
+def picture_of(session: Session, leaf: Leaf) -> Path | None:
+    """Return the path of the restored picture of a leaf side, None without one."""
+    run = leaf.page.restoration
+    name = None if run is None else run.file(leaf.part)
+    return None if run is None or name is None else session.path(run.event, name)
 
 
 def leaves_by_page(session: Session) -> dict[int, list[Leaf]]:
@@ -124,21 +134,6 @@ def labels_of(session: Session) -> dict[int, str]:
     return {page: label_of(leaves) for page, leaves in leaves_by_page(session).items()}
 
 
-def runs_of(session: Session) -> list[Run]:
-    """Return the runs of labels that were decided."""
-    return RUNS.validate_python(session.history.page(VOLUME).decided(LABELS, []))
-
-
-def missing_of(session: Session) -> list[Missing]:
-    """Return the leaf sides that are known to be missing."""
-    return MISSING_LEAVES.validate_python(session.history.page(VOLUME).decided(MISSING, []))
-
-
-def order_of(session: Session) -> list[str]:
-    """Return the names of leaf sides in the order that was decided."""
-    return LEAF_ORDER.validate_python(session.history.page(VOLUME).decided(ORDER, []))
-
-
 def missing_labels(session: Session) -> list[str]:
     """List where the labels leave out pages: `between 12 and 15`."""
     return [
@@ -151,7 +146,7 @@ def missing_labels(session: Session) -> list[str]:
 
 def _runs_with_labels(session: Session) -> list[list[tuple[str, int]]]:
     """Return the labels of each run that are of its kind, with their places."""
-    runs = {run.start: run for run in runs_of(session)}
+    runs = {run.start: run for run in session.history.volume.decided.labels}
     run = run_of_preset(preset_of(session))
     found: list[list[tuple[str, int]]] = [[]]
     for leaf in delivered_leaves(session):
@@ -169,8 +164,9 @@ def _found(session: Session) -> Iterator[Leaf]:
     order = -1 if about_of(session.history).direction == RTL else 1
     for page in session.history.pages():
         kind = str((effective_edits(session, page, rules) or {}).get("kind", ""))
-        for part, report in list(parts_of(_result(page)).items())[::order]:
-            yield Leaf(page, part, 0, (), "", kind, report)
+        parts = {PAGE: None} if page.restored is None else page.restored.leaves
+        for part, restored in list(parts.items())[::order]:
+            yield Leaf(page, part, 0, (), "", kind, restored)
 
 
 def _ordered(leaves: list[Leaf], order: Sequence[str]) -> list[Leaf]:
@@ -192,8 +188,8 @@ def _ordered(leaves: list[Leaf], order: Sequence[str]) -> list[Leaf]:
 
 def _labelled(session: Session, leaves: Sequence[Leaf]) -> Iterator[Leaf]:
     """Yield leaf sides with positions, sides and labels."""
-    preset, runs = preset_of(session), {run.start: run for run in runs_of(session)}
-    absent = missing_of(session)
+    preset, decided = preset_of(session), session.history.volume.decided
+    runs, absent = {run.start: run for run in decided.labels}, decided.missing
     run, place, count, position = run_of_preset(preset), 0, 0, 0
     for leaf in leaves:
         if leaf.name in runs:
@@ -202,12 +198,13 @@ def _labelled(session: Session, leaves: Sequence[Leaf]) -> Iterator[Leaf]:
         for label in missing:
             place = _continued(run, label, place) + 1
         sides = 0 if leaf.is_left_out or leaf.kind in UNCOUNTED else 1 + is_spread(leaf)
-        own = leaf.decided(LABEL, None)
+        own = leaf.own_label
         if own is not None and runs and sides:
-            place = _continued(run, str(own), place)
-        labels = tuple(run.label(place + side) for side in range(sides)) if own is None else (str(own),)
+            place = _continued(run, own, place)
+        labels = tuple(run.label(place + side) for side in range(sides)) if own is None else (own,)
         side = preset.side(count + 1) if sides == 1 else ""
-        side = leaf.part if leaf.part != PAGE else str(leaf.decided("side", side))
+        if leaf.part != PAGE or leaf.page.decided.side is not None:
+            side = leaf.part if leaf.part != PAGE else leaf.page.decided.side or ""
         place, count, position = place + sides, count + sides, position + (not leaf.is_left_out)
         shown = 0 if leaf.is_left_out else position
         yield replace(leaf, position=shown, labels=labels, side=side, missing=missing)
@@ -223,9 +220,3 @@ def is_spread(leaf: Leaf) -> bool:
     """Whether a page is two leaf sides, as was set or by print over its spine."""
     printed = leaf.restored is not None and "print_over_spine" in leaf.restored.codes
     return leaf.part == PAGE and (leaf.kind in SPREADS or (not leaf.kind and printed))
-
-
-def _result(page: Page) -> Mapping[str, Any]:
-    run = page.runs.get(RESTORE)
-    result: Mapping[str, Any] = {} if run is None else run.facts["result"]
-    return result

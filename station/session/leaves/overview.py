@@ -58,8 +58,8 @@ def _page(view: PageView) -> dict[str, Any]:
         "outdated": view.outdated,
         "mark": view.mark,
         "note": view.note,
-        "capture": view.capture.number,
-        "captured": view.capture.time,
+        "capture": view.page.capture.number,
+        "captured": view.page.capture.time,
         "runs": {name: run.number for name, run in view.page.runs.items()},
         "parts": [_part(leaf) for leaf in view.leaves],
     }

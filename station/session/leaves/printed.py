@@ -9,11 +9,9 @@ from dataclasses import dataclass
 from restore.scan import Bytes
 from station.images.pages import StoredPage, read_page
 from station.progress import Progress, silent
-from station.session.leaves.leaf import leaves_of
-from station.session.log.events import file_of
+from station.session.leaves.leaf import leaves_of, picture_of
 from station.session.log.store import Session
 from station.session.terms.labels import numbers_in
-from station.session.terms.parts import RESTORE
 
 BAND = 1 / 8  # of the height of a page, at head and foot: running heads and page numbers are there
 NUMBER = re.compile(r"[\[(–—-]*\s*(?P<number>\d{1,4}|[ivxlc]{1,8}|[IVXLC]{1,8})\s*[rvab]?\s*[\])–—.-]*")
@@ -44,10 +42,9 @@ def printed_numbers(session: Session, read: Read, progress: Progress = silent) -
     leaves = [leaf for leaf in leaves_of(session) if not leaf.is_left_out]
     for done, leaf in enumerate(leaves):
         progress("words", done / len(leaves))
-        run = leaf.page.runs.get(RESTORE)
-        name = None if run is None else file_of(run, leaf.part)
-        if run is not None and name is not None and leaf.label:
-            yield Printed(leaf.name, leaf.label, printed_on(read_page(session.path(run, name)), read))
+        path = picture_of(session, leaf)
+        if path is not None and leaf.label:
+            yield Printed(leaf.name, leaf.label, printed_on(read_page(path), read))
     progress("words", 1.0)
 
 

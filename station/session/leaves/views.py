@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from station.session.corrections.layers import is_corrected
 from station.session.derivation.parameters import outdated_pages
 from station.session.leaves.leaf import Leaf, label_of, leaves_by_page
-from station.session.log.events import Event
-from station.session.log.history import Page
+from station.session.log.history import CapturedPage, Page, Restoration
 from station.session.log.results import Checked
 from station.session.log.store import Session
 from station.verdict.checks import LEVELS
@@ -28,8 +27,7 @@ class PageView:
     """
 
     session: Session
-    page: Page
-    capture: Event
+    page: CapturedPage
     position: int
     leaves: Sequence[Leaf]
     outdated: bool
@@ -52,17 +50,17 @@ class PageView:
     @property
     def mark(self) -> bool:
         """Whether the operator marked it."""
-        return bool(self.page.decided("mark", False))
+        return self.page.decided.mark
 
     @property
     def note(self) -> str:
         """The operator's note."""
-        return str(self.page.decided("note", ""))
+        return self.page.decided.note
 
     @property
     def is_accepted(self) -> bool:
         """Whether the operator accepted it."""
-        return self.page.decided("accept", False) is True
+        return self.page.decided.accept is True
 
     @property
     def is_edited(self) -> bool:
@@ -75,9 +73,9 @@ class PageView:
         return None if self.page.restored is None else self.page.restored.failure
 
     @property
-    def restoration(self) -> Event | None:
+    def restoration(self) -> Restoration | None:
         """Its restoration, unless it failed."""
-        return self.page.runs["restore"] if self.page.restored is not None and self.failure is None else None
+        return self.page.restoration if self.failure is None else None
 
     @property
     def questions(self) -> list[Checked]:
@@ -95,8 +93,7 @@ def views_of(session: Session) -> Iterator[PageView]:
     outdated = frozenset(outdated_pages(session))
     for position, leaves in enumerate(leaves_by_page(session).values(), 1):
         page = leaves[0].page
-        if page.capture is not None:
-            yield PageView(session, page, page.capture, position, leaves, page.number in outdated)
+        yield PageView(session, page, position, leaves, page.number in outdated)
 
 
 def questions_of(page: Page) -> list[Checked]:
@@ -104,8 +101,9 @@ def questions_of(page: Page) -> list[Checked]:
 
     None of a page that was accepted as it is.
     """
-    accepted = page.decided("accept", False) is True
-    return [] if page.quality is None or accepted else [one for one in page.quality.checks if one.is_question]
+    return (
+        [] if page.quality is None or page.decided.accept else [one for one in page.quality.checks if one.is_question]
+    )
 
 
 def rank_of(page: Page) -> float:

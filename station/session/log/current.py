@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from station.session.log.events import VOLUME
-from station.session.log.facts import SETTINGS
 from station.session.log.history import History
 from station.session.log.store import Session
-from station.session.terms.about import ABOUT, About
+from station.session.terms.about import About
 from station.session.terms.presets import Preset, changed_preset
 
 
 def preset_of(session: Session) -> Preset:
     """The preset that the session began with, with the settings that were changed since."""
-    changed = session.history.page(VOLUME).decided(SETTINGS, {})
-    return changed_preset(
-        Preset.model_validate(session.volume.preset_values), changed if isinstance(changed, dict) else {}
-    )
+    return changed_preset(Preset.model_validate(session.volume.preset_values), session.history.volume.decided.settings)
 
 
 def about_of(history: History) -> About:
@@ -23,6 +18,6 @@ def about_of(history: History) -> About:
 
     Empty without one, but for what the preset says.
     """
-    about = About.model_validate(history.page(VOLUME).decided(ABOUT, {}))
+    about = history.volume.decided.about
     of_preset = history.event(1).facts.get("direction")
     return about.model_copy(update={"direction": of_preset}) if of_preset and not about.direction else about

@@ -9,14 +9,15 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from typing import Any, Literal
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from station.session.log.results import RESULTS, Restored, Result
-from station.session.terms.parts import PAGE, STEM
+from station.session.log.facts import VALUES, Captured, Created, Parameters
+from station.session.log.results import QualityCheck, Restored
+from station.session.terms.parts import RESTORE, VERDICT
 
 RECORD = "event.json"
 FORMAT = 2
@@ -85,14 +86,51 @@ class Event:
         """The event whose result this one continues; None for a slot of the page itself."""
         return int(number) if (number := self.slot.partition("@")[2]) else None
 
-    @cached_property
-    def result(self) -> Result | None:
-        """What its stage found; None for other events.
+    def __getstate__(self) -> dict[str, Any]:
+        """Its fields, and no facts that were read: they are read again where they are wanted."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
 
-        Raises ValidationError for facts that no program writes.
-        """
-        model = RESULTS.get(self.name) if self.kind == "stage" else None
-        return None if model is None else model.model_validate(self.facts.get("result"))
+    def check(self) -> None:
+        """Read its facts. Raises ValidationError for those that no program writes."""
+        if self.kind == "session":
+            Created.model_validate(dict(self.facts))
+        elif self.kind == "capture":
+            _ = self.captured
+        elif self.restored is not None or self.checked is not None:
+            Parameters.model_validate(dict(self.facts))
+        _ = self.value
+
+    @cached_property
+    def captured(self) -> Captured:
+        """The facts of a capture."""
+        return Captured.model_validate(dict(self.facts))
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        """What a stage depends on in addition to its inputs."""
+        found: Mapping[str, Any] = self.facts.get("parameters", {})
+        return found
+
+    @property
+    def result(self) -> Any:
+        """What a stage found, as it was recorded."""
+        return self.facts.get("result")
+
+    @cached_property
+    def restored(self) -> Restored | None:
+        """What a restoration found; None for other events."""
+        return Restored.model_validate(self.result) if (self.kind, self.name) == ("stage", RESTORE) else None
+
+    @cached_property
+    def checked(self) -> QualityCheck | None:
+        """What a quality check found; None for other events."""
+        return QualityCheck.model_validate(self.result) if (self.kind, self.name) == ("stage", VERDICT) else None
+
+    @cached_property
+    def value(self) -> Any:
+        """What a decision decides, as a value of `Decisions`; None for other events and decisions."""
+        reader = VALUES.get(self.name) if self.kind == "decision" else None
+        return None if reader is None else reader.validate_python(self.facts.get("value"), strict=True)
 
     @property
     def folder(self) -> str:
@@ -120,16 +158,6 @@ def slot_of(name: str, on: Event | None = None) -> str:
     'label'
     """
     return name if on is None else f"{name}@{on.number}"
-
-
-def file_of(event: Event, part: str, ending: str = ".png") -> str | None:
-    """The name of a file of a part in a restoration; None where it has none.
-
-    ending: what follows the stem, as `-coverage.png`.
-    """
-    split = isinstance(event.result, Restored) and event.result.is_split
-    name = STEM + (f"-{part}" if split and part != PAGE else "") + ending
-    return name if name in event.files else None
 
 
 def encode(event: Event) -> bytes:

@@ -1,34 +1,26 @@
-"""What the facts of an event may be.
-
-They are checked once when a session is read; the code that shows, checks, exports or restores a page takes them as they
-are. A session may be damaged, or of another origin.
-"""
+"""Facts of events other than results of stages, as records hold them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from datetime import datetime
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field, TypeAdapter, ValidationError
+from pydantic import AfterValidator, Field, TypeAdapter
 
-from station.session.log.events import VOLUME, Event
-from station.session.log.history import CAPTURE, History
-from station.session.log.results import RESULTS, Facts, Number
-from station.session.terms.about import ABOUT, ABOUT_TABLE
-from station.session.terms.labels import LABELS, LEAF_ORDER, MISSING_LEAVES, RUNS
-from station.session.terms.presets import Preset, changed_preset
-from station.session.terms.rules import EDITS, RULES, RULES_TABLE, RecordedEdits
-from station.session.terms.volume import Volume, volume_of_facts
+from restore import PageEdits
+from station.run.options import READING
+from station.session.log.results import Facts, Number
+from station.session.terms.about import ABOUT, ABOUT_TABLE, About
+from station.session.terms.labels import LABELS, LEAF_ORDER, MISSING_LEAVES, RUNS, Missing, Run
+from station.session.terms.rules import EDITS, RULES, RULES_TABLE, RecordedEdits, Rule
 
-SESSION = "session"
 SETTINGS = "settings"  # the decision on the volume that changes settings of its preset
-OWN_SLOTS = {SESSION, CAPTURE}  # of one kind of event each
 
 
-def _inside(name: str) -> str:
-    """A path that stays in its folder. Raises ValueError for another one."""
+def inside(name: str) -> str:
+    """Return a path that stays in its folder. Raises ValueError for another one."""
     path = PurePosixPath(name)
     if not name or "\0" in name or path.is_absolute() or ".." in path.parts:
         raise ValueError("it leads out of the folder of its event")
@@ -43,18 +35,32 @@ class Created(Facts):
 
 
 class Captured(Facts):
-    """Facts of a capture. scan: its path among its files."""
+    """Facts of a capture.
 
-    scan: Annotated[str, AfterValidator(_inside)]
+    scan   its path among its files. unit, grid, depth: as for `load_scan`.
+    scale  of photographs, as `planish photos --scale` has it; None for a scan.
+    """
+
+    scan: Annotated[str, AfterValidator(inside)]
     unit: str = "auto"
     grid: str = "auto"
     depth: str = "auto"
     scale: str | None = None
     provenance: dict[str, Any] = Field(default_factory=dict)
 
+    @property
+    def reading(self) -> dict[str, str]:
+        """How it is read, for `load_scan`: what was recorded of it."""
+        return {name: getattr(self, name) for name in READING if name in self.model_fields_set}
 
-class Stage(Facts):
-    """Facts of a stage."""
+    @property
+    def is_photographed(self) -> bool:
+        """Whether it is a set of photographs, and no scan."""
+        return self.scale is not None
+
+
+class Parameters(Facts):
+    """Facts of a stage, apart from its result."""
 
     parameters: dict[str, Any] = Field(default_factory=dict)
 
@@ -74,50 +80,29 @@ VALUES: Mapping[str, TypeAdapter[Any]] = {
 }
 
 
-def check_facts(history: History) -> None:
-    """Raise ValueError for events whose facts no program of ours writes; names the event."""
-    preset: Preset | None = None
-    for event in history.events:
-        try:
-            _check_place(event, history)
-            if event.kind == SESSION:
-                preset = Preset.model_validate(_volume(event).preset_values)
-            elif event.kind == "capture":
-                Captured.model_validate(dict(event.facts))
-            elif event.kind == "stage" and event.name in RESULTS:
-                Stage.model_validate(dict(event.facts))
-                _ = event.result
-            elif event.kind == "decision" and event.name in VALUES:
-                value = VALUES[event.name].validate_python(event.facts.get("value"), strict=True)
-                if event.name == SETTINGS and preset is not None:
-                    changed_preset(preset, value)
-        except ValidationError as error:
-            first = error.errors()[0]
-            where = ".".join(map(str, first["loc"])) or "its facts"
-            raise ValueError(f"event {event.number}, {event.name}: {where}: {first['msg']}") from error
-        except ValueError as error:
-            raise ValueError(f"event {event.number}, {event.name}: {error}") from error
+@dataclass(frozen=True)
+class Decisions:
+    """What was decided on a page or on the volume; None or empty where nothing was.
 
-
-def _volume(event: Event) -> Volume:
-    Created.model_validate(dict(event.facts))
-    return volume_of_facts(event.facts)
-
-
-def _check_place(event: Event, history: History) -> None:
-    """Raise ValueError for a place that an event of its kind cannot have.
-
-    A slot, a page or a time.
+    label, left_out  of the page where it is one leaf side; of a leaf with its name at the end.
+    settings         of the preset that were changed, by group.
     """
-    datetime.fromisoformat(event.time)
-    if (event.kind == SESSION) != (event.number == 1):
-        raise ValueError("a session begins with one event of its own, and has it once")
-    for kind in OWN_SLOTS:
-        if (event.kind == kind and event.slot != kind) or (event.name == kind and event.kind not in (kind, "move")):
-            raise ValueError(f"a {event.kind} is recorded as {event.slot}")
-    if event.kind == "capture" and event.page == VOLUME:
-        raise ValueError("a scan is of no page")
-    if event.kind == "stage" and (event.on is None or history.event(event.on).page != event.page):
-        raise ValueError("a stage continues no event of its page")
-    for name in event.files:
-        _inside(name)
+
+    accept: bool | None = None
+    mark: bool = False
+    note: str = ""
+    position: float | None = None
+    side: str | None = None
+    label: str | None = None
+    label_left: str | None = None
+    label_right: str | None = None
+    left_out: bool | None = None
+    left_out_left: bool | None = None
+    left_out_right: bool | None = None
+    edits: PageEdits | None = None
+    rules: Sequence[Rule] = ()
+    order: Sequence[str] = ()
+    missing: Sequence[Missing] = ()
+    labels: Sequence[Run] = ()
+    about: About = field(default_factory=About)
+    settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)

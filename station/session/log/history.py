@@ -10,13 +10,44 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 from station.session.log.events import VOLUME, Event
+from station.session.log.facts import VALUES, Decisions
 from station.session.log.results import QualityCheck, Restored
+from station.session.terms.parts import PAGE, RESTORE, STEM, VERDICT
 
 CAPTURE = "capture"
 OPERATORS = frozenset({"capture", "decision"})  # kinds of events that undo takes back, one at a time
+
+
+@dataclass(frozen=True)
+class Restoration:
+    """A run of the restoration: its event, and what it found."""
+
+    event: Event
+    result: Restored
+
+    @property
+    def edits(self) -> Any:
+        """The corrections that it was made with, as they were recorded; None without any."""
+        return self.event.parameters.get("edits")
+
+    @property
+    def seconds(self) -> float:
+        """The seconds that it took; 0 where they were not recorded."""
+        seconds = self.event.facts.get("seconds")
+        return float(seconds.get("total", 0.0)) if isinstance(seconds, dict) else 0.0
+
+    def file(self, part: str, ending: str = ".png") -> str | None:
+        """The name of a file of a part; None where it has none.
+
+        ending: what follows the stem, as `-coverage.png`.
+        """
+        name = STEM + (f"-{part}" if self.result.is_split and part != PAGE else "") + ending
+        return name if name in self.event.files else None
 
 
 @dataclass(frozen=True)
@@ -33,34 +64,32 @@ class Page:
     runs: Mapping[str, Event]
     decisions: Mapping[str, Event]
 
-    def decided(self, name: str, default: object = None) -> object:
-        """The value of a decision."""
-        event = self.decisions.get(name)
-        return default if event is None else event.facts.get("value", default)
+    @cached_property
+    def decided(self) -> Decisions:
+        """What was decided."""
+        return Decisions(**{name: event.value for name, event in self.decisions.items() if name in VALUES})
+
+    @property
+    def restoration(self) -> Restoration | None:
+        """Its current restoration."""
+        return None if (run := self.runs.get(RESTORE)) is None else restoration_of(run)
 
     @property
     def restored(self) -> Restored | None:
         """The result of its current restoration."""
-        run = self.runs.get("restore")
-        return run.result if run is not None and isinstance(run.result, Restored) else None
+        return None if (run := self.runs.get(RESTORE)) is None else run.restored
 
     @property
     def quality(self) -> QualityCheck | None:
         """The result of its current quality check."""
-        run = self.runs.get("verdict")
-        return run.result if run is not None and isinstance(run.result, QualityCheck) else None
+        return None if (run := self.runs.get(VERDICT)) is None else run.checked
 
     @property
     def state(self) -> str:
         """`accepted` or `again`, as was decided on its scan; else `restored` or `new`."""
-        decided = self.decided("accept")
-        return (
-            "accepted"
-            if decided is True
-            else "again"
-            if decided is False
-            else ("new", "restored")["restore" in self.runs]
-        )
+        if self.decided.accept is not None:
+            return "accepted" if self.decided.accept else "again"
+        return "restored" if RESTORE in self.runs else "new"
 
     @property
     def level(self) -> str:
@@ -70,8 +99,14 @@ class Page:
     @property
     def order(self) -> float:
         """Its place among the pages, as was decided, else its number."""
-        position = self.decided("position", self.number)
-        return float(position) if isinstance(position, int | float) else float(self.number)
+        return float(self.number if self.decided.position is None else self.decided.position)
+
+
+@dataclass(frozen=True)
+class CapturedPage(Page):
+    """A page with a scan."""
+
+    capture: Event
 
 
 @dataclass(frozen=True)
@@ -104,15 +139,27 @@ class History:
         capture = slots.get(CAPTURE)
         steps = [event for slot, event in slots.items() if slot != CAPTURE and event.on is None]
         steps += _continuations(capture, slots.values()) if capture else []
-        return Page(number, capture, _of_kind("stage", steps), _of_kind("decision", steps))
+        runs, decisions = _of_kind("stage", steps), _of_kind("decision", steps)
+        return CapturedPage(number, capture, runs, decisions) if capture else Page(number, None, runs, decisions)
 
-    def pages(self) -> Iterator[Page]:
+    @property
+    def volume(self) -> Page:
+        """The volume as its pointers show it: a page of decisions."""
+        return self.page(VOLUME)
+
+    def captured(self, number: int) -> CapturedPage | None:
+        """A page as its pointers show it; None without a scan."""
+        page = self.page(number)
+        return page if isinstance(page, CapturedPage) else None
+
+    def pages(self) -> Iterator[CapturedPage]:
         """Yield the pages that have a scan, in the order of the volume.
 
         By `position`, where one was decided, else number.
         """
         pages = (self.page(number) for number in self.pointers if number != VOLUME)
-        return iter(sorted((page for page in pages if page.capture), key=lambda page: (page.order, page.number)))
+        captured = (page for page in pages if isinstance(page, CapturedPage))
+        return iter(sorted(captured, key=lambda page: (page.order, page.number)))
 
     def shots(self, capture: Event) -> tuple[int, ...]:
         """The number of a scan, and of those that it replaced, back to the first."""
@@ -127,6 +174,13 @@ class History:
     def free_page(self) -> int:
         """The number of the next new page: the first that has no scan."""
         return next(n for n in range(1, len(self.pointers) + 2) if CAPTURE not in self.pointers.get(n, ()))
+
+
+def restoration_of(event: Event) -> Restoration:
+    """Return a run of the restoration. Raises ValueError for another event."""
+    if event.restored is None:
+        raise ValueError(f"event {event.number} is not a restoration")
+    return Restoration(event, event.restored)
 
 
 def extended(history: History, event: Event) -> History:

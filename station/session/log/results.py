@@ -149,7 +149,3 @@ class QualityCheck(Facts):
     def rank(self) -> float:
         """How bad it is: the number of its level, and how far its worst measure is past the limit."""
         return LEVELS.index(self.level) + max((one.past for one in self.checks if one.level == self.level), default=0.0)
-
-
-Result = Restored | QualityCheck
-RESULTS: Mapping[str, type[Restored] | type[QualityCheck]] = {"restore": Restored, "verdict": QualityCheck}

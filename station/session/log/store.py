@@ -21,8 +21,8 @@ from uuid import uuid4
 from restore import BadInput
 from station.errors import StationError
 from station.session.log import bag
+from station.session.log.checks import check_facts
 from station.session.log.events import RECORD, VOLUME, Event, Input, Kind, encode
-from station.session.log.facts import check_facts
 from station.session.log.history import History, extended, folded
 from station.session.log.reading import MAX_EVENTS, SessionDamaged, Stored, complete_tag_files, read_stored
 from station.session.terms.texts import check_text

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from station.errors import UsageError
-from station.session.leaves.leaf import LABEL, LEFT_OUT, MISSING, ORDER, Leaf, leaves_of, missing_of
+from station.session.leaves.leaf import LABEL, LEFT_OUT, MISSING, ORDER, Leaf, leaves_of
 from station.session.log.events import Event
 from station.session.log.steps import decide
 from station.session.log.store import Session, Writer
@@ -48,7 +48,7 @@ def note_missing(writer: Writer, before: str, label: str) -> Event:
 
 def set_missing(writer: Writer, before: str, labels: Sequence[str]) -> Event:
     """Set the labels of the leaf sides that are missing before another one. Raises OSError."""
-    others = [one for one in missing_of(writer.session) if one.before != before]
+    others = [one for one in writer.history.volume.decided.missing if one.before != before]
     missing = [*others, *(Missing(before=before, label=label) for label in labels)]
     return decide(writer, MISSING, [one.model_dump(mode="json") for one in missing])
 

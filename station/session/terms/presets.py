@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
@@ -18,13 +17,11 @@ from restore.files import read_toml
 from station.choices import FLAGS, Layout
 from station.config import build_model, not_there
 from station.errors import UsageError
-from station.run.options import reading_of
 from station.verdict.thresholds import Thresholds, check_limits
 
 PRESETS = CONFIGS / "presets"
 COMPARE = f"compare it with {PRESETS / 'book.toml'}"
 Length = Annotated[float, Field(gt=0, le=3000)]
-NO_FACTS: Mapping[str, Any] = MappingProxyType({})
 
 
 class Preset(BaseModel):
@@ -67,18 +64,17 @@ class Preset(BaseModel):
             raise ValueError(f"{unknown[0]!r} is not an output; there are {', '.join(FLAGS)}")
         return outputs
 
-    def parameters(self, capture: Mapping[str, Any] = NO_FACTS) -> dict[str, Any]:
+    def parameters(self, scale: str | None = None, **reading: str) -> dict[str, Any]:
         """Return the parameters of a restoration, every setting by name.
 
         A later default changes none of them.
-        capture: the facts of what is to be restored; with the unit of a mesh, or the scale of photographs.
+        scale: of photographs. reading: how a scan is read, as for `load_scan`.
         """
         settings = Settings.model_validate(self.settings).model_dump(mode="json")
         outputs = sorted({*self.outputs, "coverage"})
-        reading = {"unit": "auto", **reading_of(capture)}
-        reading |= {"scale": capture["scale"]} if "scale" in capture else {}
-        reading |= {} if self.layout == Layout.SINGLE else {"layout": str(self.layout)}
-        return {"settings": settings, "outputs": outputs, "language": self.language, **reading}
+        how = {"unit": "auto", **reading} | ({} if scale is None else {"scale": scale})
+        how |= {} if self.layout == Layout.SINGLE else {"layout": str(self.layout)}
+        return {"settings": settings, "outputs": outputs, "language": self.language, **how}
 
     def side(self, position: int) -> str:
         """`left` or `right` of the opening, empty for single sheets."""

@@ -8,13 +8,17 @@ from oracles.book import BOOK, TOTALS
 from station.capture_loop.demonstration import Opening, Shift, outcome, table, totals, work_shift
 from station.config import StationConfig
 from station.errors import UsageError
+from station.session.log.results import QualityCheck, Restored
 
-GREEN = {"level": "green", "checks": [{"name": "blur_px", "level": "green", "text": "focus 0.6 px (amber > 1.2 px)"}]}
-TWO, ONE, RIGHT = {"parts": {"left": {}, "right": {}}}, {}, {"part": "right"}
+TWO, ONE, RIGHT = Restored(parts={"left": {}, "right": {}}), Restored(), Restored(part="right")
 
 
 def checked(level, name, text):
-    return {"level": level, "checks": [{"name": name, "level": level, "text": text}, *GREEN["checks"]]}
+    check = {"name": name, "level": level, "text": text, "value": 1.0, "limits": [1.0, 2.0], "hint": ""}
+    return QualityCheck(level=level, checks=[check])
+
+
+GREEN = checked("green", "blur_px", "focus 0.6 px (amber > 1.2 px)")
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,7 @@ def book(tmp_path: Path) -> Path:
 def loop_of(book: Path, scan: RangeScan, restorer: Restorer) -> Iterator[tuple[CaptureLoop, list[str]]]:
     lines = list[str]()
     with open_session(book) as writer:
-        yield CaptureLoop(writer, lambda: scan, restorer.submit, lines.append), lines
+        yield CaptureLoop(writer, lambda: scan, restorer.submit, lambda message: lines.append(message.text)), lines
 
 
 def work(book: Path, scan: RangeScan, restorer: Restorer, keys: str) -> list[str]:
@@ -153,7 +153,7 @@ def test_a_shift_is_taken_up_where_it_was(book, tiny_scan):
 
 def test_a_note_is_typed_and_no_key_of_it_is_an_action(book, tiny_scan):
     lines = work(book, tiny_scan, Restorer(), " ntorn rq\x7f at the top\n")
-    assert pages(book)[0].decided("note") == "torn r at the top"
+    assert pages(book)[0].decided.note == "torn r at the top"
     assert "page 1 [1r]: note: torn r at the top" in lines
 
 
@@ -250,9 +250,9 @@ def test_keys_work_while_corrections_are_carried_to_a_new_scan(book, tiny_scan, 
         loop.run()
         assert "page 1 [1r]: corrections dropped" in lines
     (page,) = pages(book)
-    assert page.decided("edits")["by"] == {"operator": "A. B.", "tool": "dropped"}
+    assert page.decided.edits.given()["by"] == {"operator": "A. B.", "tool": "dropped"}
     assert "restore" in page.runs
-    assert page.decided("mark") is True
+    assert page.decided.mark is True
 
 
 def test_a_shift_that_ended_before_corrections_were_carried_carries_them(book, tiny_scan):
@@ -262,7 +262,7 @@ def test_a_shift_that_ended_before_corrections_were_carried_carries_them(book, t
         add_scan(writer, tiny_scan, page=1, facts={})
     lines = work(book, tiny_scan, Restorer(), "")
     assert "page 1 [1r]: corrections carried" in lines
-    assert pages(book)[0].decided("edits")["kind"] == "leaf"
+    assert pages(book)[0].decided.edits.kind == "leaf"
     lines = work(book, tiny_scan, Restorer(), "u")  # and what was undone is not carried again
-    assert not pages(book)[0].decided("edits")
+    assert not pages(book)[0].decided.edits
     assert "page 1 [1r]: corrections carried" not in work(book, tiny_scan, Restorer(), "")

@@ -196,7 +196,7 @@ def test_a_path_that_is_not_utf8_hinders_no_step(place, capsys):
         assert main(["session", *words]) == 0
         assert "the index was not updated: the path" in capsys.readouterr().err
     session = read_session(place / name)
-    assert (session.volume.title, session.history.page(1).decided("label")) == ("M\N{REPLACEMENT CHARACTER}ller", "x")
+    assert (session.volume.title, session.history.page(1).decided.label) == ("M\N{REPLACEMENT CHARACTER}ller", "x")
     assert main(["reindex", str(place)]) == 0
     out, err = capsys.readouterr()
     assert "skipped: the path" in err
@@ -208,4 +208,4 @@ def test_an_index_that_cannot_be_written_hinders_no_step(place, capsys):
     (place / "data").write_text("a file in its place")
     assert main(["session", "set", "book", "1", "--label", "x"]) == 0
     assert "the index was not updated" in capsys.readouterr().err
-    assert read_session(place / "book").history.page(1).decided("label") == "x"
+    assert read_session(place / "book").history.page(1).decided.label == "x"

@@ -82,7 +82,7 @@ def test_the_smoke_path(browser: Firefox, console: Console) -> None:
     browser.go("about:blank")
     console.close()
     session = read_session(console.folder / "missale")
-    assert [page.decided("mark", False) for page in session.history.pages()] == [True]
+    assert [page.decided.mark for page in session.history.pages()] == [True]
     assert verify(session.folder).problems == ()
 
 

@@ -6,7 +6,7 @@ import asyncio
 from datetime import UTC, datetime
 from types import SimpleNamespace
 
-from station.capture_loop.loop import Line
+from station.capture_loop.loop import Message
 from station.console.state.broadcast import Broadcast
 from station.console.state.event_stream import EventStream
 from station.console.state.shown import captures_left, stamp
@@ -54,7 +54,7 @@ def test_rows_are_sent_when_they_differ_and_all_of_them_when_their_order_does():
 
 
 def test_a_line_keeps_its_key_and_its_page():
-    (line, *_) = sent(lambda broadcast: broadcast.line(Line("page 3: stored", "stored", 3)))
+    (line, *_) = sent(lambda broadcast: broadcast.line(Message("page 3: stored", "stored", 3)))
     assert line == ("message", {"text": "page 3: stored", "key": "stored", "page": 3, "data": {}})
 
 

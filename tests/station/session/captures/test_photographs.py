@@ -12,7 +12,7 @@ from restore.photogrammetry import SCALE_CARD
 from station.cli import main
 from station.errors import UsageError
 from station.session import open_session, scan_path
-from station.session.captures.photographs import add_photographs, first_picture, is_set, pictures_in
+from station.session.captures.photographs import add_photographs, first_picture, pictures_in
 from station.session.derivation.reproduce import reproduce
 from station.session.derivation.restoration import run_restore
 from station.session.log.steps import record_run
@@ -40,13 +40,13 @@ def test_photographs_are_stored_unchanged_as_one_page(volume, pictures):
     with open_session(volume) as writer:
         event = add_photographs(writer, sorted(pictures.iterdir()), scale="148x210")
         stored = scan_path(writer.session, event)
-    assert (event.page, event.facts["scale"], is_set(event.facts)) == (1, "148x210", True)
+    assert (event.page, event.captured.scale, event.captured.is_photographed) == (1, "148x210", True)
     assert [path.name for path in pictures_in(stored)] == ["a.jpg", "b.jpg", "c.jpg"]
     for path in pictures.iterdir():
         assert (stored / path.name).read_bytes() == path.read_bytes()
     assert event.facts["provenance"]["image_sizes_px"] == {"a.jpg": [120, 90], "b.jpg": [120, 90], "c.jpg": [120, 90]}
     assert first_picture(stored).name == "a.jpg"
-    assert Preset().parameters(event.facts)["scale"] == "148x210"
+    assert Preset().parameters(scale=event.captured.scale)["scale"] == "148x210"
     assert "scale" not in Preset().parameters()
 
 

@@ -67,7 +67,7 @@ def test_points_that_do_not_fit_are_dropped_and_the_page_is_amber(volume, tiny_s
         assert "spine" not in event.facts["value"]
         result = {"measures": {"fingerprint": fingerprint(page(1))}}
         run = record_run(writer, RESTORE, later, parameters={}, result=result)
-        (check,) = record_verdict(writer, run).facts["result"]["checks"]
-        assert (check["name"], check["level"]) == ("corrections", "amber")
+        (check,) = record_verdict(writer, run).checks
+        assert (check.name, check.level) == ("corrections", "amber")
         correct(writer, 1, edits_of({"layout": "whole"}))
-        assert record_verdict(writer, run).facts["result"]["checks"] == []
+        assert record_verdict(writer, run).checks == []

@@ -37,8 +37,8 @@ def test_a_verdict_is_recorded_once_beside_the_limits_of_the_preset(writer) -> N
     assert lacks_verdict(writer.history.page(run.page))
     verdict = record_verdict(writer, run)
     assert not lacks_verdict(writer.history.page(run.page))
-    assert verdict.facts["result"]["level"] == "amber"
-    lines = verdict_lines("page 1", verdict.result)
+    assert verdict.level == "amber"
+    lines = verdict_lines("page 1", verdict)
     assert lines[0] == "page 1: AMBER  1 checks"
     assert lines[1].startswith("    amber  strain 1.50% rms")
 
@@ -46,20 +46,21 @@ def test_a_verdict_is_recorded_once_beside_the_limits_of_the_preset(writer) -> N
 def test_the_same_print_on_another_page_is_red_and_the_pages_compared_are_inputs(writer) -> None:
     runs = [restored(writer, 1, 0.0), restored(writer, 2, 0.0), restored(writer, 1, 0.0)]
     verdict = record_verdict(writer, runs[2])
-    assert verdict.facts["result"]["level"] == "red"
-    assert "same page as page 1" in verdict.facts["result"]["checks"][0]["text"]
-    assert [one.event for one in verdict.inputs] == [runs[2].number, runs[0].number, runs[1].number]
-    assert record_verdict(writer, runs[1]).facts["result"]["level"] == "green"
+    assert verdict.level == "red"
+    assert "same page as page 1" in verdict.checks[0].text
+    assert [one.event for one in writer.history.events[-1].inputs] == [runs[2].number, runs[0].number, runs[1].number]
+    assert record_verdict(writer, runs[1]).level == "green"
 
 
 def test_a_verdict_notes_a_calibration_that_is_nominal_or_old(writer) -> None:
     run = restored(writer, 1, 0.0)
     told = {"calibration": {"kind": "nominal"}, "parts": {}}
-    result = run_verdict({**run.facts["result"], **told}, {"thresholds": {}}, {}).result
+    result = run_verdict({**run.result, **told}, {"thresholds": {}}, {}).result
     assert (result["level"], [note["name"] for note in result["notes"]]) == ("green", ["calibration_nominal"])
     (line,) = note_lines(QualityCheck.model_validate(result))
     assert line.startswith("    note   the calibration is nominal: sizes are uncertain by half a per cent")
-    assert "notes" not in record_verdict(writer, run).facts["result"]  # a report without a calibration
+    record_verdict(writer, run)
+    assert "notes" not in writer.history.events[-1].result  # a report without a calibration
 
 
 def test_a_page_that_could_not_be_restored_has_none(writer) -> None:

@@ -40,7 +40,7 @@ def test_both_leaves_reach_everything(opening, tmp_path):
     session = opening.session
     left, right = leaves_of(session)
     for leaf, width in ((left, SPINE_MM), (right, PAGE_MM[0] - SPINE_MM)):
-        assert leaf.report["page_mm"] == pytest.approx((width + 1.0, PAGE_MM[1]), abs=SIZE_MM)
+        assert leaf.restored.page_mm == pytest.approx((width + 1.0, PAGE_MM[1]), abs=SIZE_MM)
         assert {"smooth_strain_rms", "blur_px"} <= {check.name for check in leaf.checks}
     assert [part["name"] for part in overview(session)["pages"][0]["parts"]] == ["1/left", "1/right"]
     assert sum(line.split()[0] in ("1/left", "1/right") for line in overview_lines(session)) == 2
@@ -78,7 +78,7 @@ def test_a_correction_and_its_undo(opening, tmp_path):
     assert [page.problem[:9] for page in volume_of(opening.session).pages] == ["corrected"] * 2
     restore_all(opening)
     (leaf,) = leaves_of(opening.session)
-    assert (leaf.name, leaf.side, leaf.report["dpi"]) == ("1/right", "right", 40)
+    assert (leaf.name, leaf.side, leaf.restored.dpi) == ("1/right", "right", 40)
     export_edits(opening.session, opening.history.page(1), tmp_path / "book.edits.json")
     save_scan(load_scan(scan_path(opening.session, leaf.page.capture)), tmp_path / "loose" / "book.scan")
     options = ["--points", "300", "--dpi", "50", "--edits", str(tmp_path / "book.edits.json")]

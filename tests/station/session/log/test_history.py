@@ -52,7 +52,7 @@ def test_what_was_made_of_a_scan_returns_with_it():
     page = undone(late).page(1)
     assert page.capture == first
     assert {name: run.number for name, run in page.runs.items()} == {"restore": 7}
-    assert (page.decided("accept"), page.decided("label"), page.decided("note", "-")) == (True, "1r", "-")
+    assert (page.decided.accept, page.decided.label, page.decided.note) == (True, "1r", "")
 
 
 def test_runs_of_a_stage_have_an_order_of_their_own():

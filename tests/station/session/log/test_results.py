@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import pickle
+
 import pytest
 
 from station.session.log.events import Event, decode, encode
-from station.session.log.results import Checked, QualityCheck, Restored
+from station.session.log.results import Checked, QualityCheck
 
 SAME = {
     "name": "similarity",
@@ -24,8 +26,7 @@ def run(name: str, result: object) -> Event:
 def test_a_record_keeps_keys_that_are_not_read_and_its_bytes():
     event = run("restore", {"method": "isometric", "page_mm": [210, 297.5], "of a later program": [1, {"a": None}]})
     again = decode(encode(event))
-    assert isinstance(again.result, Restored)
-    assert again.result.page_mm == [210.0, 297.5]
+    assert again.restored.page_mm == [210.0, 297.5]
     assert (encode(again), again.sha512) == (encode(event), event.sha512)
 
 
@@ -42,4 +43,13 @@ def test_checks_of_a_part_are_its_own_and_those_of_the_whole():
 
 
 def test_a_decision_has_no_result():
-    assert Event(2, 1, "decision", "mark", None, "", "", {"value": True}).result is None
+    decision = Event(2, 1, "decision", "mark", None, "", "", {"value": True})
+    assert (decision.result, decision.restored, decision.checked, decision.value) == (None, None, None, True)
+
+
+def test_facts_that_were_read_do_not_travel_with_an_event():
+    event = run("restore", {"method": "isometric"})
+    before = pickle.dumps(event)
+    assert event.restored is not None
+    assert pickle.dumps(event) == before
+    assert pickle.loads(before) == event

@@ -89,7 +89,7 @@ def test_a_session_moved_elsewhere_opens_there(volume, tiny_scan, tmp_path):
     shutil.rmtree(volume)
     with open_session(moved) as writer:
         decide(writer, "note", "moved", page=1)
-    assert read_session(moved).history.page(1).decided("note") == "moved"
+    assert read_session(moved).history.page(1).decided.note == "moved"
     bagit.Bag(str(moved)).validate()
 
 
@@ -167,7 +167,7 @@ def test_an_interrupted_event_is_completed_at_any_byte(volume, tiny_scan, tmp_pa
         for name, data in state.items():
             (target / name).parent.mkdir(parents=True, exist_ok=True)
             (target / name).write_bytes(data)
-        assert read_session(target).history.page(1).decided("note") == "x"
+        assert read_session(target).history.page(1).decided.note == "x"
         assert contents(target) == state  # reading changes nothing
         with open_session(target):
             pass
@@ -205,7 +205,7 @@ def test_where_the_disk_refuses_the_session_stays_and_nothing_more_is_written(vo
         with pytest.raises(SessionBroken):
             decide(writer, "note", "y", page=1)
     with open_session(volume) as writer:
-        assert writer.history.page(1).decided("note") == "x"
+        assert writer.history.page(1).decided.note == "x"
     assert contents(volume).items() >= {name: data for name, data in before.items() if name.startswith("data/")}.items()
     bagit.Bag(str(volume)).validate()
 

@@ -75,7 +75,7 @@ def test_a_page_that_is_captured_again_begins_without_and_its_corrections_come_b
     add_scan(writer, tiny_scan, page=1, facts={})
     assert "edits" not in writer.history.page(1).decisions
     undo(writer)
-    assert writer.history.page(1).decided("edits") == TURNED.given()
+    assert writer.history.page(1).decided.edits == TURNED
 
 
 def test_corrections_that_cannot_be_change_nothing(writer):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from station.session.log.events import Event, file_of
+from station.session.log.events import Event
+from station.session.log.history import restoration_of
 from station.session.terms.parts import errors_of, measured_parts, parts_of
 from station.verdict.packed import PACKED_BYTES, pack
 from tests.station.conftest import GOOD
@@ -27,8 +28,8 @@ def test_files_of_a_part():
     def run(result, *files):
         return Event(2, 1, "stage", "restore@1", None, "", "", {"result": result}, (), dict.fromkeys(files, ""))
 
-    assert file_of(run({}, "page.png"), "page") == "page.png"
-    assert file_of(run({"part": "right"}, "page.png"), "right") == "page.png"
+    assert restoration_of(run({}, "page.png")).file("page") == "page.png"
+    assert restoration_of(run({"part": "right"}, "page.png")).file("right") == "page.png"
     split = run(LEAVES, "page-left.png", "page-left-coverage.png", "page.png")
-    assert file_of(split, "left", "-coverage.png") == "page-left-coverage.png"
-    assert (file_of(split, "page"), file_of(split, "right")) == ("page.png", None)
+    assert restoration_of(split).file("left", "-coverage.png") == "page-left-coverage.png"
+    assert (restoration_of(split).file("page"), restoration_of(split).file("right")) == ("page.png", None)

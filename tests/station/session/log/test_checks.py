@@ -52,7 +52,7 @@ def events(**changed: Any) -> list[Event]:
 def test_what_is_written_here_is_read(tmp_path):
     session = read_session(written(tmp_path / "s", events(position={"value": 3.5}, accept={"value": False})))
     (page,) = session.history.pages()
-    assert (page.decided("label"), page.decided("position")) == ("1r", 3.5)
+    assert (page.decided.label, page.decided.position) == ("1r", 3.5)
 
 
 BOMB = base64.b64encode(zlib.compress(bytes(2**24), 1)).decode()
@@ -128,7 +128,7 @@ def test_a_clock_that_leaps_changes_no_order(tmp_path):
     made = [replace(event, time=times[event.number % 3]) for event in made]
     session = read_session(written(tmp_path / "s", made))
     assert [event.name for event in session.history.events][-2:] == ["mark", "note"]
-    assert next(session.history.pages()).decided("note") == "last"
+    assert next(session.history.pages()).decided.note == "last"
 
 
 def test_more_events_than_a_session_has_are_refused_before_they_are_read(tmp_path, monkeypatch):
