@@ -353,6 +353,21 @@ def test_every_control_of_the_shoot_screen_is_in_sight_and_large_enough(show, ca
         assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
+@pytest.mark.parametrize("size", [(1440, 900), (1280, 720), (1024, 768), (390, 844)])
+def test_the_page_screen_has_one_line_of_tools_and_whole_labels(show, canned, size):
+    page = show(canned, "page/8", language="de", size=size)
+    page.wait_for_selector(".light")
+    head, tools = page.locator(".page-screen .viewer-head"), page.get_by_role("group", name="Werkzeuge")
+    assert head.bounding_box()["height"] < 1.5 * tools.bounding_box()["height"] < 75
+    assert len(tools.get_by_role("button").all()) == 11  # each with a name, whether it is shown or not
+    last, box = tools.get_by_role("button", name="Licht").bounding_box(), tools.bounding_box()
+    assert last["x"] + last["width"] <= box["x"] + box["width"]
+    assert page.evaluate("document.documentElement.scrollHeight") <= size[1]
+    label = page.locator("#strip-8 .card-label")
+    label.evaluate("(one) => { one.textContent = '24–25'; }")
+    assert label.evaluate("(one) => one.scrollWidth <= one.clientWidth")
+
+
 def test_settings_that_differ_are_shown_and_sent(show, canned):
     page = show(canned, "settings")
     mode = page.locator("[data-key='capture.mode']")

@@ -66,7 +66,7 @@ export function able(element, reason) {
 
 /** A group of buttons of which one is pressed. `pick` gets the chosen key. @param {string} label @param {Choice[]} choices @param {(key: string) => unknown} pick */
 export function segmented(label, choices, pick) {
-  const buttons = new Map(choices.map(([key, text, name]) => [key, h("button", { class: "segment", type: "button",
+  const buttons = new Map(choices.map(([key, text, name]) => [key, h("button", { class: "segment", type: "button", title: name && text,
     on: { click: releasing(() => pick(key)) } }, name ? icon(name) : null, h("span", { text }))]));
   return {
     element: h("div", { class: "segments", role: "group", "aria-label": label }, [...buttons.values()]),
