@@ -46,7 +46,7 @@ def main(count: int, seed: int, mode: Literal["fast", "fine"]) -> None:
                 spines.append(_spine_error(finding, scan, truth, drawn.spine_mm))
                 line += f" spine {spines[-1]:+.2f} mm"
             if finding.advice == "split" and drawn.spine_mm is not None:
-                leaves = restore_leaves(scan, SETTINGS, layout="split").parts
+                leaves = dict(restore_leaves(scan, SETTINGS, layout="split").parts())
                 widths += _width_errors(leaves, drawn)
                 cut += words_cut(leaves, scan, truth)
                 line += f" widths {widths[-2]:+.2f} {widths[-1]:+.2f} mm"

@@ -1,6 +1,4 @@
 # The names of the public door and where they come from. They are imported when they are first used.
-from .edits.apply import correct_leaves as correct_leaves
-from .edits.finish import finish_page as finish_page
 from .edits.model import PageEdits as PageEdits, PartEdits as PartEdits, parse_edits as parse_edits
 from .errors import (
     BadInput as BadInput,
@@ -11,7 +9,7 @@ from .findings import Finding as Finding
 from .formats import load_scan as load_scan, save_scan as save_scan
 from .layout.find import find_layout as find_layout
 from .layout.finding import BookPrior as BookPrior, LayoutFinding as LayoutFinding
-from .layout.leaves import find_leaves as find_leaves
+from .leaves import restore_leaves as restore_leaves
 from .orientation import mirror_page as mirror_page, rotate_page as rotate_page
 from .page import FlatMesh as FlatMesh, RestoredPage as RestoredPage
 from .phones.load import load_capture as load_capture
@@ -20,7 +18,6 @@ from .photogrammetry import ScaleCard as ScaleCard, reconstruct_page as reconstr
 from .pipeline import restore as restore
 from .prepared.flatten import flatten as flatten
 from .prepared.separate import separate_sheets as separate_sheets
-from .restore_leaves import restore_leaves as restore_leaves
 from .scan import RangeScan as RangeScan, SurfaceMesh as SurfaceMesh
 from .settings import Settings as Settings
 from .structured_light import Projector as Projector

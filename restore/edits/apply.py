@@ -13,40 +13,16 @@ from restore.edits.polygons import checked_polygon, inside_polygon, within_image
 from restore.errors import BadInput, NotEnoughSurface
 from restore.findings import Finding
 from restore.layout.crease import Crease
-from restore.layout.find import Inspected, inspect
-from restore.layout.finding import BookPrior
+from restore.layout.find import Inspected
 from restore.layout.leaves import Leaves, leaves_of
 from restore.layout.split import range_image_of
 from restore.prepared.separate import LeafSpine, SeparateSheet
 from restore.range_image.segmentation.segment import MIN_FRACTION
-from restore.runtime.arguments import checks_types
-from restore.scan import Floats, Mask, RangeScan, ScannedSheet, SurfaceMesh
-from restore.settings import Settings
+from restore.scan import Floats, Mask, RangeScan
 
 SPINE_POINTS = 33  # on the polyline that was drawn
 SPINE_HINT = "give points from head to tail of the page, each below the one before"
 ERASED_HINT = "make the masks smaller, or the outline larger"
-
-
-@checks_types
-def correct_leaves(
-    scan: RangeScan | SurfaceMesh | ScannedSheet,
-    edits: PageEdits,
-    settings: Settings | None = None,
-    *,
-    prior: BookPrior | None = None,
-) -> Leaves:
-    """Find the sheets of a scan that become pages, as corrections by hand have them.
-
-    settings, prior: as for `find_leaves`. Raises BadInput for corrections that do not fit the scan, NotEnoughSurface
-    where they leave too little of a page.
-
-    >>> from drivers.simulated import Curl, shoot
-    >>> scan, truth = shoot(Curl(), mode="fast", page_mm=(200.0, 150.0))
-    >>> list(correct_leaves(scan, PageEdits(layout="whole")).parts)
-    ['page']
-    """
-    return edited_leaves(inspect(scan, settings or Settings(), prior), edits)
 
 
 def edited_leaves(inspected: Inspected, edits: PageEdits) -> Leaves:

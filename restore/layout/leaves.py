@@ -9,13 +9,10 @@ from typing import Any, Literal
 from restore.findings import Finding
 from restore.layout.crossing import REACH_MM
 from restore.layout.decide import PRINT
-from restore.layout.find import Inspected, inspect
-from restore.layout.finding import Advice, BookPrior, LayoutFinding
+from restore.layout.find import Inspected
+from restore.layout.finding import Advice, LayoutFinding
 from restore.layout.split import OVERLAP_MM, split_at_crease
 from restore.prepared.separate import SeparateSheet
-from restore.runtime.arguments import checks_types
-from restore.scan import RangeScan, ScannedSheet, SurfaceMesh
-from restore.settings import Settings
 
 Layout = Literal["auto", "split", "whole", "left", "right"]
 
@@ -40,34 +37,11 @@ class Leaves:
         return {"part": part, "layout": self.finding.as_json()}
 
 
-@checks_types
-def find_leaves(
-    scan: RangeScan | SurfaceMesh | ScannedSheet,
-    layout: Layout = "auto",
-    settings: Settings | None = None,
-    *,
-    prior: BookPrior | None = None,
-    overlap_mm: float = OVERLAP_MM,
-) -> Leaves:
-    """Find the sheets of a scan that become pages, by its layout.
-
-    layout: auto as `find_layout` advises, and the whole where it asks; split, left, right: at the valley that was
-    found, whatever it is; whole: the largest sheet. settings: those with which the sheets will be restored.
-    prior: as for `find_layout`. overlap_mm: of the facing page that a leaf keeps next to the spine.
-    Raises NotEnoughSurface without a page, BadInput for a split without a valley.
-
-    >>> from drivers.simulated import Curl, shoot
-    >>> leaves = find_leaves(shoot(Curl(), mode="fast", page_mm=(200.0, 150.0))[0])
-    >>> leaves.finding.advice, list(leaves.parts)
-    ('whole', ['page'])
-    """
-    return leaves_of(inspect(scan, settings or Settings(), prior), layout, overlap_mm)
-
-
 def leaves_of(inspected: Inspected, layout: Layout, overlap_mm: float = OVERLAP_MM) -> Leaves:
     """Return the sheets that become pages of a scan with a known layout.
 
-    Arguments and errors as of `find_leaves`.
+    layout, errors: as of `restore_leaves`.
+    overlap_mm: of the facing page that a leaf keeps next to the spine.
     """
     finding = inspected.finding
     advice: Advice = finding.advice if layout == "auto" else layout

@@ -22,7 +22,6 @@ from restore import (
     RestoreError,
     Settings,
     SurfaceMesh,
-    finish_page,
     load_capture,
     load_scan,
     mirror_page,
@@ -348,7 +347,7 @@ def _restore_sheet(
     """One sheet restored, its words read when they are asked for, with its report."""
     recorder = Recorder() if options.outputs & {"frames", "model"} else None
     start, stem = clock(), stem + sheet.suffix
-    settings = options.settings if sheet.edits is None else sheet.edits.settings_of(options.settings)
+    settings = sheet.settings or options.settings
     again = partial(_turned_page, sheet, options, photos=photos, progress=progress, recorder=recorder)
     page, word_findings = again(settings)
     seconds = {**source_record.seconds, **page.report["seconds"]}
@@ -384,8 +383,8 @@ def _turned_page(
     recorder: Recorder | None,
 ) -> tuple[RestoredPage, tuple[Finding, ...]]:
     """Restore one sheet, mirrored and turned as the options ask for."""
-    page = restore(sheet.sheet or sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
-    page = finish_page(page, sheet.edits) if sheet.edits else page
+    restored = sheet.restored or partial(restore, sheet.sheet or sheet.scan)
+    page = restored(settings, photos=photos, progress=progress, on_step=recorder)
     if not options.allow_distorted:
         check_plausible_page(page.report, len(page.fine.faces))
     if options.to_srgb and options.colours is not None and page.flat.texture is not None:

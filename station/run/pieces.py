@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Literal
 
 from restore import (
     BadInput,
     Finding,
     PageEdits,
-    PartEdits,
     RangeScan,
+    RestoredPage,
     Settings,
     SurfaceMesh,
-    correct_leaves,
-    find_leaves,
+    restore_leaves,
     separate_sheets,
 )
 from restore.scan import ScannedSheet
@@ -37,7 +37,8 @@ class Selected:
     sheet          as it was found in the scan; None for a scan that is restored as a whole.
     suffix         of its results' stem.
     report_fields  that it adds to the report.
-    edits          corrections of its page by hand.
+    settings       of its page; None for those of the run.
+    restored       restores its page, as `restore` does; None for `restore` itself.
     """
 
     scan: RangeScan | SurfaceMesh
@@ -45,7 +46,8 @@ class Selected:
     suffix: str = ""
     report_fields: Mapping[str, Any] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
-    edits: PartEdits | None = None
+    settings: Settings | None = None
+    restored: Callable[..., RestoredPage] | None = None
 
 
 def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets, *, both_leaves: bool = False) -> list[Selected]:
@@ -84,7 +86,8 @@ def select_leaves(
     Corrected by hand where edits are given. Raises NotEnoughSurface without any surface, BadInput for a split without a
     valley and edits that do not fit.
     """
-    leaves = correct_leaves(scan, edits, settings) if edits else find_leaves(scan, LAYOUTS[layout], settings)
+    restored = restore_leaves(scan, settings, layout=LAYOUTS[layout], edits=edits)
+    leaves = restored.found
     sizes = [sheet.size for sheet in leaves.parts.values()]
     others = [sheet for sheet in leaves.left_out if not sheet.part]
     found = leaves.findings + (_left_out(others, max(sizes), len(others) + 1) if others else ())
@@ -95,7 +98,8 @@ def select_leaves(
             "" if len(sizes) == 1 or part == "page" else f"-{part}",
             leaves.fields(part),
             found,
-            None if edits is None else edits.part(part),
+            restored.settings_of(part),
+            partial(restored.page, part),
         )
         for part, sheet in leaves.parts.items()
     ]

@@ -34,7 +34,7 @@ def test_a_box_is_cut_that_is_whole_on_no_leaf(box, cut):
 
 def test_a_leaf_ends_where_its_overlap_ends():
     scan, truth = shot(False)
-    pages = restore_leaves(scan, Settings(points=300, dpi=60)).parts
+    pages = dict(restore_leaves(scan, Settings(points=300, dpi=60)).parts())
     ends = {side: inner_edge(page, scan, truth, side) for side, page in pages.items()}
     for side, overlap in (("left", 1.0), ("right", -1.0)):
         assert np.median(ends[side][:, 0]) == pytest.approx(SPINE_MM + overlap, abs=0.5)  # a pixel of 60 dpi

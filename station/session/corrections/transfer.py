@@ -12,17 +12,7 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
-from restore import (
-    PageEdits,
-    RangeScan,
-    RestoredPage,
-    RestoreError,
-    Settings,
-    SurfaceMesh,
-    find_leaves,
-    load_scan,
-    restore,
-)
+from restore import PageEdits, RangeScan, RestoredPage, RestoreError, Settings, SurfaceMesh, load_scan, restore_leaves
 from restore.scan import Bytes, Floats
 from station.session.captures.scans import scan_path
 from station.session.log.events import Event, slot_of
@@ -98,7 +88,7 @@ def motion_between(earlier: Scan, later: Scan) -> Move | None:
 
 
 def _whole(scan: Scan) -> RestoredPage:
-    return restore(find_leaves(scan, "whole", SETTINGS).parts["page"], SETTINGS)
+    return restore_leaves(scan, SETTINGS, layout="whole").page("page")
 
 
 def register_pages(one: Bytes, two: Bytes) -> Floats | None:

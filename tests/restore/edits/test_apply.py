@@ -18,7 +18,6 @@ from restore import (
     restore,
     restore_leaves,
 )
-from restore.edits.apply import correct_leaves
 from restore.edits.finish import finish_page
 from restore.layout.split import OVERLAP_MM
 from restore.mesh.triangulate import triangulate
@@ -39,7 +38,8 @@ def px(x_mm, y_mm):
 
 
 def corrected(**fields):
-    return restore_leaves(shot(False)[0], COARSE, edits=PageEdits.model_validate_json(PageEdits(**fields).canonical()))
+    edits = PageEdits.model_validate_json(PageEdits(**fields).canonical())
+    return dict(restore_leaves(shot(False)[0], COARSE, edits=edits).parts())
 
 
 def box_px(left, bottom, right, top):
@@ -48,19 +48,19 @@ def box_px(left, bottom, right, top):
 
 def test_a_moved_spine_moves_both_leaves():
     spine = [px(SPINE_MM + 20, y) for y in (128, 65, 2)]
-    parts = corrected(layout="split", spine=tuple(map(tuple, spine))).parts
+    parts = corrected(layout="split", spine=tuple(map(tuple, spine)))
     for part, width in (("left", SPINE_MM + 20), ("right", PAGE_MM[0] - SPINE_MM - 20)):
         assert parts[part].report["page_mm"][0] == pytest.approx(width + OVERLAP_MM, abs=ERROR_MM)
 
 
 def test_what_a_hand_removes_is_blank_and_told():
     mask = {"what": "remove", "polygon": tuple(map(tuple, box_px(20.0, 20.0, 60.0, 60.0)))}
-    (page,) = corrected(layout="whole", parts={"page": {"masks": (mask,)}}).parts.values()
+    (page,) = corrected(layout="whole", parts={"page": {"masks": (mask,)}}).values()
     erased = page.report["coverage"]["erased"]
     assert erased == pytest.approx(40 * 40 / (PAGE_MM[0] * PAGE_MM[1]), rel=0.1)
     assert (page.image[page.coverage == CoverageClass.ERASED] == 255).all()
     assert "removed_by_hand" in [found.code for found in page.findings]
-    (whole,) = corrected(layout="whole").parts.values()
+    (whole,) = corrected(layout="whole").values()
     removed = page.coverage == CoverageClass.ERASED
     off = [np.abs(one[removed].astype(float) - whole.master[removed]).mean() for one in (page.uncropped, page.image)]
     assert off[0] < 0.2 * off[1]  # the master has the text that the page is without
@@ -81,7 +81,7 @@ def test_points_in_space_do_what_they_do_in_the_picture():
     def restored(frame, change):
         mask = {"what": "remove", "polygon": tuple(change(point) for point in box)}
         fields = {"frame": frame, "layout": "split", "spine": (change(head), change(tail))}
-        return corrected(**fields, parts={"left": {"masks": (mask,)}}).parts["left"].report
+        return corrected(**fields, parts={"left": {"masks": (mask,)}})["left"].report
 
     one, two = restored("picture", tuple), restored("space", in_space)
     assert two["page_mm"] == pytest.approx(one["page_mm"], abs=0.1)
@@ -112,23 +112,23 @@ def test_a_side_that_the_picture_cuts_off_is_placed_by_the_size(beyond):
 
 def test_an_outline_is_where_the_page_ends():
     outline = tuple(map(tuple, box_px(10.0, 10.0, 95.0, 120.0)))
-    (page,) = corrected(layout="whole", parts={"page": {"outline": outline}}).parts.values()
+    (page,) = corrected(layout="whole", parts={"page": {"outline": outline}}).values()
     assert page.report["page_mm"] == pytest.approx((85.0, 110.0), abs=2 * ERROR_MM)
 
 
 def test_a_page_is_turned_and_cropped_after_it_is_painted():
     crop = {"mode": "box", "box": (10.0, 20.0, 60.0, 50.0)}
-    (page,) = corrected(layout="whole", parts={"page": {"turn": 1, "crop": crop}}).parts.values()
+    (page,) = corrected(layout="whole", parts={"page": {"turn": 1, "crop": crop}}).values()
     assert page.report["page_mm"] == pytest.approx((50.0, 30.0), abs=0.5)
     assert page.image.shape[:2] == page.coverage.shape == page.mask.shape
-    (wide,) = corrected(layout="whole", parts={"page": {"crop": {"mode": "margin", "margin_mm": 5.0}}}).parts.values()
+    (wide,) = corrected(layout="whole", parts={"page": {"crop": {"mode": "margin", "margin_mm": 5.0}}}).values()
     assert wide.report["page_mm"] == pytest.approx(np.array(PAGE_MM) + 10.0, abs=ERROR_MM)
     assert (wide.coverage[0] == CoverageClass.OUTSIDE).all()
 
 
 def test_a_fine_angle_turns_the_paper():
     (straight,), (turned,) = (
-        corrected(layout="whole", parts={"page": {"rotate_deg": angle}}).parts.values() for angle in (0.0, 10.0)
+        corrected(layout="whole", parts={"page": {"rotate_deg": angle}}).values() for angle in (0.0, 10.0)
     )
     cos, sin = np.cos(np.radians(10)), np.sin(np.radians(10))
     width, height = straight.report["page_mm"]
@@ -141,8 +141,8 @@ def test_corrections_of_a_part_that_the_scan_does_not_give_are_named():
     scan = shot(False)[0]
 
     def found(**parts):
-        leaves = correct_leaves(scan, PageEdits(layout="whole", parts=parts), COARSE)
-        return [one.text for one in leaves.findings if one.code == "part_not_found"]
+        leaves = restore_leaves(scan, COARSE, edits=PageEdits(layout="whole", parts=parts))
+        return [one.text for one in leaves.found.findings if one.code == "part_not_found"]
 
     assert found(left=turned) == [
         "the corrections of the part left are not used: the scan gives page. Check the layout"
@@ -153,8 +153,8 @@ def test_corrections_of_a_part_that_the_scan_does_not_give_are_named():
 
 def test_a_plate_is_not_split():
     scan = shot(False)[0]
-    assert list(correct_leaves(scan, PageEdits(kind="spread"), COARSE).parts) == ["left", "right"]
-    assert list(correct_leaves(scan, PageEdits(kind="plate"), COARSE).parts) == ["page"]
+    assert list(restore_leaves(scan, COARSE, edits=PageEdits(kind="spread")).found.parts) == ["left", "right"]
+    assert list(restore_leaves(scan, COARSE, edits=PageEdits(kind="plate")).found.parts) == ["page"]
 
 
 @pytest.mark.parametrize(
@@ -171,12 +171,12 @@ def test_a_plate_is_not_split():
 )
 def test_corrections_that_do_not_fit_are_refused(fields, error, reason):
     with pytest.raises(error, match=reason):
-        correct_leaves(shot(False)[0], PageEdits(**fields), COARSE)
+        restore_leaves(shot(False)[0], COARSE, edits=PageEdits(**fields))
 
 
 def test_a_sheet_that_was_flattened_already_is_rotated_as_one_that_was_not():
     edits = PageEdits(layout="whole", parts={"page": {"rotate_deg": 10.0}})
-    sheet = correct_leaves(shot(False)[0], edits, COARSE).parts["page"]
+    sheet = restore_leaves(shot(False)[0], COARSE, edits=edits).found.parts["page"]
     assert sheet.prepared is not None
     kept, fresh = restore(sheet, COARSE), restore(replace(sheet, prepared=None), COARSE)
     np.testing.assert_array_equal(kept.image, fresh.image)
@@ -187,12 +187,8 @@ def test_a_sheet_that_was_flattened_already_is_rotated_as_one_that_was_not():
 def test_a_mesh_is_rotated_by_hand():
     seen = triangulate(shot(False)[0])
     mesh = SurfaceMesh(seen.vertices, seen.faces, seen.texcoords, seen.texture)
-    straight, turned = (
-        restore_leaves(mesh, COARSE, edits=PageEdits(layout="whole", parts={"page": {"rotate_deg": degrees}})).parts[
-            "page"
-        ]
-        for degrees in (0.0, 10.0)
-    )
+    edits = [PageEdits(layout="whole", parts={"page": {"rotate_deg": degrees}}) for degrees in (0.0, 10.0)]
+    straight, turned = (restore_leaves(mesh, COARSE, edits=one).page("page") for one in edits)
     cos, sin = np.cos(np.radians(10.0)), np.sin(np.radians(10.0))
     clockwise = straight.fine.flat @ np.array([[cos, -sin], [sin, cos]])
     np.testing.assert_allclose(turned.fine.flat, clockwise, atol=1e-9)

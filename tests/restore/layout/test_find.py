@@ -13,7 +13,6 @@ from restore import (
     NotEnoughSurface,
     Settings,
     find_layout,
-    find_leaves,
     restore,
     restore_leaves,
 )
@@ -57,18 +56,18 @@ def test_the_spine_of_a_book_is_found(opened):
 def test_a_picture_across_the_spine_is_not_cut(plate):
     finding = find_layout(plate[0])
     assert (finding.advice, finding.is_spine) == ("whole", "sure")
-    leaves = find_leaves(plate[0], settings=COARSE)
+    leaves = restore_leaves(plate[0], COARSE).found
     assert (list(leaves.parts), [found.code for found in leaves.findings]) == (["page"], ["print_over_spine"])
 
 
 def test_a_forced_cut_through_print_keeps_the_whole_as_well(plate):
-    leaves = find_leaves(plate[0], "split", COARSE)
+    leaves = restore_leaves(plate[0], COARSE, layout="split").found
     assert list(leaves.parts) == ["left", "right", "page"]
     assert [found.code for found in leaves.findings] == ["print_cut"]
 
 
 def test_leaves_are_restored_each_as_a_sheet(opened):
-    pages = restore_leaves(opened[0], COARSE).parts
+    pages = dict(restore_leaves(opened[0], COARSE).parts())
     assert list(pages) == ["left", "right"]
     for part, width in (("left", SPINE_MM), ("right", PAGE_MM[0] - SPINE_MM)):
         page = pages[part]
@@ -80,7 +79,7 @@ def test_leaves_are_restored_each_as_a_sheet(opened):
 
 
 def test_the_whole_is_not_flattened_twice_and_is_the_same(opened):
-    (whole,) = find_leaves(opened[0], "whole", COARSE).parts.values()
+    (whole,) = restore_leaves(opened[0], COARSE, layout="whole").found.parts.values()
     assert isinstance(whole.prepared, FlattenedSheet)
     assert whole.prepared.with_noise() is whole.prepared.sheet
     page = restore(whole, COARSE)
@@ -114,6 +113,6 @@ def test_a_flat_sheet_cannot_be_split(opened):
     sheet = replace(scan, points=flat, texture=None)
     assert find_layout(sheet).advice == "whole"
     with pytest.raises(BadInput, match="no valley"):
-        find_leaves(sheet, "split", COARSE)
+        restore_leaves(sheet, COARSE, layout="split")
     with pytest.raises(NotEnoughSurface):
         find_layout(replace(sheet, points=np.full_like(flat, np.nan)))

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Curl, shoot
-from restore import BadInput, PartEdits, RestoredPage, Settings, finish_page, restore, restore_leaves
+from restore import BadInput, PartEdits, RestoredPage, Settings, restore, restore_leaves
+from restore.edits.finish import finish_page
 from restore.page import IMAGES
 from restore.prepared import large_page
 from restore.prepared.large_page import is_large
@@ -81,10 +82,10 @@ def test_the_pixels_are_those_of_a_page_that_is_painted_whole(name, monkeypatch)
 def test_leaves_are_drawn_by_rows_and_stay_undrawn(monkeypatch):
     scan = opening(False)[0]
     settings = SETTINGS.model_copy(update={"shading": "keep", "white_balance": "keep"})
-    whole, large = both(lambda: restore_leaves(scan, settings, layout="split"), monkeypatch)
-    for part, page in large.parts.items():
+    whole, large = both(lambda: dict(restore_leaves(scan, settings, layout="split").parts()), monkeypatch)
+    for part, page in large.items():
         assert isinstance(finish_page(page, PartEdits()).__dict__["image"], Rows)
-        assert_equal(whole.parts[part], page)
+        assert_equal(whole[part], page)
 
 
 def test_a_page_that_is_inpainted_is_painted_whole(monkeypatch):
