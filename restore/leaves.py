@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from restore.edits.apply import edited_leaves
 from restore.edits.finish import finish_page
@@ -60,7 +60,7 @@ class RestoredLeaves:
             page = self.page(part, progress=progress)
             found = (*page.findings, *self.found.findings)
             fields = {**self.found.fields(part), "findings": [one.as_json() for one in found]}
-            yield part, page.changed(report={**page.report, **fields}, findings=found)
+            yield part, replace(page, report={**page.report, **fields}, findings=found)
 
 
 @checks_types

@@ -33,14 +33,14 @@ def rotate_page(page: RestoredPage, degrees: int) -> RestoredPage:
     quarters = int(degrees) // 90
     if quarters == 0:
         return page
-    images = page.changed_images(lambda _, image: np.rot90(image, -quarters))
-    meshes = page.changed_meshes(lambda mesh: replace(mesh, flat=_clockwise(mesh.flat, quarters)))
+    turned = page.changed_pictures(lambda _, image: np.rot90(image, -quarters))
+    turned = turned.changed_meshes(lambda mesh: replace(mesh, flat=_clockwise(mesh.flat, quarters)))
     report = _with_place_moved(page.report, lambda place: _clockwise(place, quarters))
     report["page_mm"] = list(report["page_mm"])[:: -1 if quarters % 2 else 1]
     in_all = (report.pop("rotation_deg", 0) + 90 * quarters) % 360
     left, top, right, bottom = np.roll(page.trimmed, quarters).tolist()
     report |= {"rotation_deg": in_all} if in_all else {}
-    return replace(page, report=report, trimmed=(left, top, right, bottom), **images, **meshes)
+    return replace(turned, report=report, trimmed=(left, top, right, bottom))
 
 
 @checks_types
@@ -56,11 +56,11 @@ def mirror_page(page: RestoredPage) -> RestoredPage:
     >>> mirror_page(page).report["mirrored"]
     True
     """
-    images, meshes = page.changed_images(lambda _, image: image[:, ::-1]), page.changed_meshes(_mirror_mesh)
+    mirrored = page.changed_pictures(lambda _, image: image[:, ::-1]).changed_meshes(_mirror_mesh)
     findings = tuple(one for one in page.findings if one.code != "mirrored")
     report = {**_mirror_report(page.report), "findings": [one.as_json() for one in findings]}
     left, top, right, bottom = page.trimmed
-    return replace(page, report=report, findings=findings, trimmed=(right, top, left, bottom), **images, **meshes)
+    return replace(mirrored, report=report, findings=findings, trimmed=(right, top, left, bottom))
 
 
 def _mirror_report(report: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Self
 
@@ -14,7 +14,6 @@ from restore.findings import Finding
 from restore.mesh.measures import edge_strain, face_normals, face_signs, flipped_faces, norms, signed_areas
 from restore.mesh.strain import face_strain
 from restore.mesh.topology import Topology
-from restore.runtime.given_later import given_later
 from restore.runtime.rows import Rows
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
@@ -101,33 +100,18 @@ class FlatMesh(SurfaceMesh):
         return cls(**surface, flat=flat, lengths=lengths, iterations=iterations, **convergence)
 
 
-IMAGES = ("image", "mask", "page_map", "master", "coverage", "page_source", "uncertainty", "uncropped")
-"""The fields of a `RestoredPage` that are arrays (h, w, …) over its pixels."""
-
-
-@given_later("image", "mask", "page_map", "master", "coverage", "uncropped")
 @dataclass(frozen=True, eq=False)
 class RestoredPage:
     """The flat page, painted true to scale.
 
-    Of a large page the pictures are drawn when they are read; `by_rows` gives them without having one whole.
-
-    image     (h, w, 3) uint8 RGB.
+    pictures  arrays (h, w, …) over its pixels: name → rows, which are drawn where they are needed. Each is a property
+              as well, that draws the whole when it is first read.
     dpi       one inch of paper is `dpi` pixels.
-    mask      (h, w) bool, True where the camera saw the page, its shape measured or filled in.
     flat      the flattened mesh of the requested number of points.
     fine      the finer mesh that maps the picture to the page, the same when the scan has no grid.
     report    options, sizes, strain, findings and times (JSON values only).
-    page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
-    master    (h, w, 3) uint8 RGB, the page with its shading; equal to the image where shading is kept.
-    coverage  (h, w) uint8, the kind of each pixel: values of `restore.texture.coverage.CoverageClass`.
-    page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
-                 photograph, 255 outside the page. None without photographs.
-    uncertainty  (h, w) float32 mm, the standard deviation of each pixel's place along either axis of the page, NaN
-                 outside the page. None where it was not asked for, or cannot be estimated.
-    uncropped (h', w', 3) uint8 RGB, the master without crop and with what was removed by hand. None without either.
-    trimmed   pixels that a crop took away at the left, top, right and bottom side, negative where it added some.
     findings  what is to be reported of the page; `report["findings"]` has the same as JSON values.
+    trimmed   pixels that a crop took away at the left, top, right and bottom side, negative where it added some.
 
     >>> corners = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])
     >>> page = restore(SurfaceMesh(corners, np.array([[0, 1, 2], [0, 2, 3]])), Settings(dpi=30))
@@ -135,45 +119,80 @@ class RestoredPage:
     ([100, 50], ['no_colour'])
     """
 
-    image: Bytes
+    pictures: Mapping[str, Rows]
     dpi: float
-    mask: Mask
     flat: FlatMesh
-    report: Mapping[str, Any]
-    page_map: NDArray[np.float32]
     fine: FlatMesh
-    master: Bytes
-    coverage: Bytes
-    page_source: NDArray[np.uint8] | None = None
+    report: Mapping[str, Any]
     findings: tuple[Finding, ...] = ()
-    uncertainty: NDArray[np.float32] | None = None
-    uncropped: Bytes | None = None
     trimmed: tuple[int, int, int, int] = (0, 0, 0, 0)
 
-    def has(self, name: str) -> bool:
-        """Return whether a field of `IMAGES` is not None."""
-        return self.__dict__[name] is not None
+    @cached_property
+    def image(self) -> Bytes:
+        """The page, (h, w, 3) uint8 RGB."""
+        return self.pictures["image"]()
+
+    @cached_property
+    def mask(self) -> Mask:
+        """Where the camera saw the page, its shape measured or filled in, (h, w) bool."""
+        return self.pictures["mask"]()
+
+    @cached_property
+    def page_map(self) -> NDArray[np.float32]:
+        """The texture pixel of each page pixel, (h, w, 2) float32, NaN outside the page."""
+        return self.pictures["page_map"]()
+
+    @cached_property
+    def master(self) -> Bytes:
+        """The page with its shading, (h, w, 3) uint8 RGB."""
+        return self.pictures["master"]()
+
+    @cached_property
+    def coverage(self) -> Bytes:
+        """The kind of each pixel, (h, w) uint8: values of `CoverageClass`."""
+        return self.pictures["coverage"]()
+
+    @cached_property
+    def page_source(self) -> Bytes | None:
+        """The picture that page_map's pixel is in, (h, w) uint8, with photographs; None without.
+
+        0 is the texture, k the k-th photograph, 255 outside the page.
+        """
+        return self._optional("page_source")
+
+    @cached_property
+    def uncertainty(self) -> NDArray[np.float32] | None:
+        """The standard deviation of each pixel's place, (h, w) float32 mm.
+
+        Along either axis of the page, NaN outside the page. None where it was not asked for, or cannot be estimated.
+        """
+        return self._optional("uncertainty")
+
+    @cached_property
+    def uncropped(self) -> Bytes | None:
+        """The master without crop and with what was removed by hand, or None.
+
+        (h', w', 3) uint8 RGB.
+        """
+        return self._optional("uncropped")
+
+    def _optional(self, name: str) -> NDArray[Any] | None:
+        return self.pictures[name]() if name in self.pictures else None
 
     def by_rows(self, name: str) -> Rows:
-        """Return the rows of a field of `IMAGES`, drawn where they are needed."""
-        value = self.__dict__[name]
-        return value if isinstance(value, Rows) else Rows.of(getattr(self, name))
+        """Return the rows of a picture; those of the whole, where that is drawn already."""
+        return Rows.of(vars(self)[name]) if name in vars(self) else self.pictures[name]
 
-    def changed(self, **fields: Any) -> Self:
-        """Return the page with other fields, without drawing any that is not drawn yet."""
-        changed = object.__new__(type(self))
-        changed.__dict__.update(self.__dict__ | fields)
-        return changed
+    def with_pictures(self, **pictures: NDArray[Any]) -> Self:
+        """Return the page with other arrays (h, w, …) for some of its pictures."""
+        return replace(self, pictures={**self.pictures, **{name: Rows.of(one) for name, one in pictures.items()}})
 
-    def changed_images(self, change: Callable[[str, NDArray[Any]], NDArray[Any]]) -> dict[str, Any]:
-        """Return the fields of `IMAGES` after change(name, array (h, w, …)).
+    def changed_pictures(self, change: Callable[[str, NDArray[Any]], NDArray[Any]]) -> Self:
+        """Return the page with all its pictures after change(name, array (h, w, …))."""
+        changed = {name: np.ascontiguousarray(change(name, getattr(self, name))) for name in self.pictures}
+        return self.with_pictures(**changed)
 
-        A field that is None stays None.
-        """
-        fields = {name: getattr(self, name) for name in IMAGES}
-        return {name: None if one is None else np.ascontiguousarray(change(name, one)) for name, one in fields.items()}
-
-    def changed_meshes(self, change: Callable[[FlatMesh], FlatMesh]) -> dict[str, Any]:
-        """`flat` and `fine` after a change; they stay one mesh where they are one."""
+    def changed_meshes(self, change: Callable[[FlatMesh], FlatMesh]) -> Self:
+        """Return the page with its meshes after a change; they stay one where they are one."""
         flat = change(self.flat)
-        return {"flat": flat, "fine": flat if self.fine is self.flat else change(self.fine)}
+        return replace(self, flat=flat, fine=flat if self.fine is self.flat else change(self.fine))

@@ -23,7 +23,7 @@ from restore.photo import (
     register_photographs,
     remove_registered_shading,
 )
-from restore.prepared.large_page import OVERVIEW_DPI, LargePage, is_large
+from restore.prepared.pictures import LargePage, seen_at, whole_pictures
 from restore.prepared.prepare import prepare
 from restore.prepared.prepared import Prepared, rotated
 from restore.prepared.separate import rotation_of, source_of
@@ -34,7 +34,7 @@ from restore.settings import Settings
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, PageLight
 from restore.shading.white import WhiteBalance, balance_on_paper
-from restore.texture.coverage import Coverage, cover, hole_findings, seen_part, with_erased
+from restore.texture.coverage import Coverage, cover, hole_findings, seen_part
 from restore.texture.inpaint import blank_hidden, inpaint_hidden
 from restore.texture.occlusion import mirror_findings
 from restore.texture.page import Painting
@@ -81,34 +81,27 @@ def restore(
     if photos:
         with clock("register"):
             registered = register_photographs(fine, photos)
-    large = not registered and is_large(fine, settings)
-    seen_at = OVERVIEW_DPI if large else dpi
+    at = dpi if registered else seen_at(fine, settings)
     with clock("texture"):
-        painted, photo_report, kinds, coverage = _paint(prepared, fine, registered, seen_at)
+        painted, photo_report, kinds, coverage = _paint(prepared, fine, registered, at)
         painting = seen_part(painted, coverage)
     with clock("shade"):
-        shaded = _shade(prepared, fine, painting, registered, settings, seen_at)
+        shaded = _shade(prepared, fine, painting, registered, settings, at)
         image = blank_hidden(shaded.image, coverage)
         image, coverage = inpaint_hidden(image, coverage, dpi, settings.inpaint_mm)
-    pictures: dict[str, Any] = {
-        "image": image,
-        "mask": coverage.mask,
-        "page_map": painting.source,  # drawn when it is read
-        "master": painting.image,
-        "coverage": coverage.seen,
-        "uncropped": with_erased(painting.image, painted, coverage),
-    }
-    if large:
+    if at == dpi:
+        pictures = whole_pictures(image, painted, painting, coverage)
+    else:
         pictures = LargePage.of(prepared, fine, dpi, painted.mask, coverage, partial(shaded.relit, dpi=dpi)).pictures()
     report = describe(prepared, unrolled, painting, settings) | shaded.report
     found = [
         *findings_of_page(fine, report),
         *prepared.findings,
         *mirror_findings(fine),
-        *hole_findings(painted.mask, kinds, seen_at),
+        *hole_findings(painted.mask, kinds, at),
         *shaded.findings,
-        *coverage.findings(seen_at),
-        *prepared.findings_on(painting, coverage, seen_at),
+        *coverage.findings(at),
+        *prepared.findings_on(painting, coverage, at),
         *photo_findings(registered, photo_report),
     ]
     report |= {"coverage": coverage.described(), "source": dict(source.provenance), "seconds": clock.seconds}
@@ -120,16 +113,10 @@ def restore(
             uncertainty = estimate_uncertainty(prepared, unrolled, source)
     report |= uncertainty_fields(source.provenance, report["page_mm"], uncertainty, painting.resolution.sampling_ppi)
     report["findings"] = [one.as_json() for one in found]
-    page = RestoredPage(
-        dpi=dpi,
-        flat=unrolled.coarse,
-        report=report,
-        fine=fine,
-        page_source=painting.page_source,
-        findings=tuple(found),
-        **pictures,
-    )
-    return page.changed(uncertainty=uncertainty.on_page(page.mask)) if isinstance(uncertainty, Uncertainty) else page
+    page = RestoredPage(pictures, dpi, unrolled.coarse, fine, report, tuple(found))
+    if isinstance(uncertainty, Uncertainty):
+        page = page.with_pictures(uncertainty=uncertainty.on_page(page.mask))
+    return page
 
 
 def uncertainty_fields(

@@ -54,7 +54,7 @@ def finish_page(page: RestoredPage, part: PartEdits) -> RestoredPage:
     page = crop_page(with_margins(page, added), part.crop)
     given = part.model_dump(mode="json", exclude_defaults=True)
     report = {**page.report, "edits": given, "findings": [one.as_json() for one in found]}
-    return page.changed(report=report, findings=found)
+    return replace(page, report=report, findings=found)
 
 
 def missing_mm(page: RestoredPage, size_mm: Floats, part: PartEdits) -> Floats:
@@ -93,10 +93,9 @@ def with_margins(page: RestoredPage, added: Floats) -> RestoredPage:
     edges = np.rint(np.array([0, 0, width, height]) + np.array([-1, -1, 1, 1]) * added * page.dpi / MM_PER_INCH).astype(
         np.int64
     )
-    wider = _pictures(page, edges)
     size = np.add(page.report["page_mm"], added[:2] + added[2:]).tolist()
     given = [side for side, more in zip(SIDES, added, strict=True) if more]
-    return replace(page, report={**page.report, "page_mm": size, "given": given}, **wider)
+    return replace(_cropped_to(page, edges), report={**page.report, "page_mm": size, "given": given})
 
 
 def size_before_rotation(page: RestoredPage, degrees: float) -> tuple[float, float]:
@@ -145,22 +144,19 @@ def crop_page(page: RestoredPage, crop: Crop) -> RestoredPage:
     edges = np.rint(box).astype(np.int64)
     if (edges[2:] <= np.maximum(edges[:2], 0)).any() or edges[0] >= width or edges[1] >= height:
         raise NotEnoughSurface("the crop leaves nothing of the page", "draw a box that lies on the page")
-    whole = page.master if page.uncropped is None else page.uncropped
-    cropped = _pictures(page, edges) | {"uncropped": whole}
+    cropped, whole = _cropped_to(page, edges), page.pictures.get("uncropped", page.pictures["master"])
     size = [float(edges[2] - edges[0]) / per_mm, float(edges[3] - edges[1]) / per_mm]
-    return replace(page, report={**page.report, "page_mm": size}, **cropped)
+    pictures = {**cropped.pictures, "uncropped": whole}
+    return replace(cropped, report={**page.report, "page_mm": size}, pictures=pictures)
 
 
-def _pictures(page: RestoredPage, edges: Ints) -> dict[str, Any]:
-    """Return the pictures of a page, and what is trimmed in all.
-
-    edges: left, top, right, bottom, to which it is cropped.
-    """
+def _cropped_to(page: RestoredPage, edges: Ints) -> RestoredPage:
+    """Crop the pictures of a page to edges (left, top, right, bottom)."""
     height, width = page.image.shape[:2]
     left, top, right, bottom = edges.tolist()
     trimmed = np.add(page.trimmed, (left, top, width - right, height - bottom)).tolist()
-    pictures = page.changed_images(lambda name, values: _cropped(values, edges, EMPTY.get(name, np.nan)))
-    return {**pictures, "trimmed": tuple(trimmed)}
+    cropped = page.changed_pictures(lambda name, values: _cropped(values, edges, EMPTY.get(name, np.nan)))
+    return replace(cropped, trimmed=tuple(trimmed))
 
 
 def _cropped(values: NDArray[Any], edges: Ints, empty: Any) -> NDArray[Any]:

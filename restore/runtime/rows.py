@@ -44,4 +44,4 @@ class Rows:
 
     def __call__(self) -> NDArray[Any]:
         """Return the whole picture (h, w, …)."""
-        return self.rows(slice(0, self.shape[0]))
+        return self.kept if self.kept is not None else self.rows(slice(0, self.shape[0]))

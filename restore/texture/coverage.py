@@ -159,16 +159,6 @@ def _with_holes(source: Rows, holes: Mask, rows: slice) -> NDArray[np.float32]:
     return np.where(holes[rows][..., None], np.float32(np.nan), source.rows(rows))
 
 
-def with_erased(image: Bytes, painting: Painting, coverage: Coverage) -> Bytes | None:
-    """Return the image (h, w, 3) of a page with what was removed by hand.
-
-    None where nothing was. The picture shows it where the surface, filled in from its neighbourhood, is taken to be.
-    image: without it.
-    """
-    erased = coverage.seen == CoverageClass.ERASED
-    return np.where(erased[..., None], painting.image, image) if erased.any() else None
-
-
 def of_kinds(seen: Bytes, kinds: Iterable[CoverageClass]) -> Mask:
     """Mark the pixels (h, w) of a page that are of one of some kinds."""
     table = np.zeros(256, np.uint8)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, floor, sqrt
-from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -76,7 +75,7 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
         mtf50 = texture_mtf50(page)
         return None if mtf50 is None else finer * mtf50
 
-    return Painting(image, mask, source, Resolution(painter.ppi / finer, cast(Any, measured)))  # when it is read
+    return Painting(image, mask, source, Resolution(painter.ppi / finer, measured))
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,9 @@ most those that the picture has.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from math import ceil
 
 import cv2
@@ -18,7 +20,6 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from restore.numerics.srgb import LINEAR
-from restore.runtime.given_later import given_later
 from restore.scan import Bytes, Floats, Ints, Mask
 
 MM_PER_INCH = 25.4
@@ -41,18 +42,21 @@ NO_PICTURE = "the scan has no colour image"
 Light = NDArray[np.float32]
 
 
-@given_later("mtf50")
 @dataclass(frozen=True)
 class Resolution:
     """Resolution of a picture on the page.
 
     sampling_ppi: its pixels per inch of paper, 0 without a picture.
-    mtf50: cycles per pixel at which its edges have half their contrast, None where it has too few to measure it. It may
-           be given as a function that measures it.
+    edges: their MTF50, cycles per pixel, None where it has too few to measure it; or a function that measures it.
     """
 
     sampling_ppi: float
-    mtf50: float | None = None
+    edges: float | Callable[[], float | None] | None = None
+
+    @cached_property
+    def mtf50(self) -> float | None:
+        """The cycles per pixel at which its edges have half their contrast."""
+        return self.edges() if callable(self.edges) else self.edges
 
     @property
     def resolved_ppi(self) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 
 import numpy as np
 from PIL import Image, ImageCms
@@ -20,7 +21,7 @@ def convert_to_srgb(page: RestoredPage, profile: bytes) -> RestoredPage:
     converted, name = image_to_srgb(page.image, profile)
     image = np.where(page.mask[..., None], converted, page.image)
     report = {**page.report, "white_balance": {"setting": "profile", "icc_profile": name}}
-    return page.changed(image=image, report=report)
+    return replace(page.with_pictures(image=image), report=report)
 
 
 def image_to_srgb(image: Bytes, profile: bytes) -> tuple[Bytes, str]:

@@ -141,5 +141,5 @@ def _wanted(kinds: frozenset[str], page: RestoredPage | None) -> list[Output]:
     wanted = [out for out in OUTPUTS if out.kind in kinds | ALWAYS]
     if page is None:
         return wanted
-    colour, missing = page.flat.texture is not None, {kind for kind in OPTIONAL if not page.has(kind)}
+    colour, missing = page.flat.texture is not None, {kind for kind in OPTIONAL if kind not in page.pictures}
     return [out for out in wanted if out.kind not in missing and (colour or not out.needs_colour)]

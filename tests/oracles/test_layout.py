@@ -1,7 +1,5 @@
 """The error of a layout is that of its pixels, and shows a page that is laid out wrongly."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -20,5 +18,5 @@ def test_the_layout_of_a_page_is_compared_pixel_by_pixel():
     error = np.linalg.norm(layout_error(page, scan, truth), axis=1)
     assert len(error) > PIXELS
     assert np.sqrt((error**2).mean()) < FLAT_MM
-    shifted = replace(page, page_map=page.page_map + np.linspace(0, 4, page.page_map.shape[1])[None, :, None])
+    shifted = page.with_pictures(page_map=page.page_map + np.linspace(0, 4, page.page_map.shape[1])[None, :, None])
     assert np.sqrt((layout_error(shifted, scan, truth) ** 2).sum(axis=1).mean()) > 10 * FLAT_MM

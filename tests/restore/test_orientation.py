@@ -8,7 +8,6 @@ import pytest
 from restore.findings import Finding
 from restore.mesh.measures import signed_areas
 from restore.orientation import mirror_page, rotate_page
-from restore.page import IMAGES
 from restore.texture.page import page_map
 
 ROUNDING = 1e-4  # pixels of the texture: float32 of the page map
@@ -65,7 +64,8 @@ def test_the_place_in_the_report_is_turned_with_the_mesh(page, degrees):
 
 
 def test_pictures_that_are_not_there_stay_away(page):
-    assert rotate_page(replace(page, page_source=None), 90).page_source is None
+    pictures = {name: rows for name, rows in page.pictures.items() if name != "page_source"}
+    assert rotate_page(replace(page, pictures=pictures), 90).page_source is None
 
 
 @pytest.mark.parametrize("degrees", [45, -90, 360])
@@ -95,7 +95,7 @@ def test_the_mesh_is_mirrored_with_the_map(page):
 def test_mirrored_twice_it_is_the_page_itself(page, degrees):
     turned = rotate_page(page, degrees)
     back = mirror_page(mirror_page(turned))
-    for name in IMAGES:
+    for name in turned.pictures:
         np.testing.assert_array_equal(getattr(back, name), getattr(turned, name))
     np.testing.assert_array_equal(back.fine.flat, turned.fine.flat)
     np.testing.assert_array_equal(back.fine.faces, turned.fine.faces)

@@ -117,7 +117,8 @@ def restored(scan: RangeScan, settings: Settings) -> RestoredPage:
     }
     mask = np.ones((height, width), bool)
     mesh, coverage = curl_mesh(scan), mask.astype(np.uint8)
-    return RestoredPage(scan.texture, settings.dpi, mask, mesh, report, page_map, mesh, scan.texture, coverage)
+    page = RestoredPage({}, settings.dpi, mesh, mesh, report)
+    return page.with_pictures(image=scan.texture, mask=mask, page_map=page_map, master=scan.texture, coverage=coverage)
 
 
 @dataclass

@@ -76,7 +76,7 @@ def test_strain_picture_shows_stretch_in_red_and_compression_in_blue(page):
     def mean_colour(factor: float) -> np.ndarray:
         white = np.full_like(page.image, 255)
         stretched = replace(page.fine, flat=page.fine.flat * factor)
-        return strain_picture(replace(page, image=white, fine=stretched))[300, 300].astype(float)
+        return strain_picture(replace(page.with_pictures(image=white), fine=stretched))[300, 300].astype(float)
 
     assert np.abs(mean_colour(1.05) - SIGNED[-1]).max() < np.abs(mean_colour(1.05) - SIGNED[0]).max()
     assert np.abs(mean_colour(0.95) - SIGNED[0]).max() < np.abs(mean_colour(0.95) - SIGNED[-1]).max()
@@ -147,7 +147,7 @@ def test_what_was_not_seen_is_hatched_and_told_in_the_review(page, scan):
     coverage[:30, :40] = CoverageClass.OCCLUDED
     coverage[40:, 60:] = CoverageClass.INPAINTED
     image = np.full_like(page.image, 255)
-    marked = hatch_unseen(replace(page, image=image, coverage=coverage))
+    marked = hatch_unseen(page.with_pictures(image=image, coverage=coverage))
     for kind, part in ((CoverageClass.OCCLUDED, marked[:30, :40]), (CoverageClass.INPAINTED, marked[40:, 60:])):
         assert 0.15 < (part == HATCHES[kind][0]).all(axis=2).mean() < 0.5
     untouched = coverage == CoverageClass.MEASURED

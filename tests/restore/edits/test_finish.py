@@ -53,7 +53,7 @@ def test_a_box_off_the_page_leaves_too_little(page):
 def test_a_page_that_was_rotated_by_hand_has_the_size_that_it_had(page, degrees):
     cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     turned = page.changed_meshes(lambda mesh: replace(mesh, flat=mesh.flat @ np.array([[cos, -sin], [sin, cos]])))
-    assert size_before_rotation(replace(page, **turned), degrees) == pytest.approx((100.0, 50.0))
+    assert size_before_rotation(turned, degrees) == pytest.approx((100.0, 50.0))
 
 
 def test_a_size_is_that_of_the_page_as_it_is_read(page):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -31,7 +30,7 @@ def test_greys_under_the_lamp_of_the_profile_become_neutral(page):
     image = np.resize(np.rint(codes(light)).astype(np.uint8), (height, width, 3))
     mask = np.ones((height, width), bool)
     mask[0] = False
-    converted = convert_to_srgb(replace(page, image=image, mask=mask), WARM)
+    converted = convert_to_srgb(page.with_pictures(image=image, mask=mask), WARM)
     expected = np.resize(codes(np.linspace(0.05, 0.9, 50)), (height, width))
     # A dark code of blue is a step of two codes in light that the profile doubles.
     np.testing.assert_allclose(converted.image[1:], np.repeat(expected[1:, :, None], 3, axis=2), atol=2 * ROUNDED)

@@ -55,7 +55,7 @@ def test_tiff_tells_its_resolution(page):
 def test_map_has_two_channels_of_float32(page):
     page_map = page.page_map.copy()
     page_map[0, 0] = np.nan
-    data = tifffile.imread(io.BytesIO(encode_map(replace(page, page_map=page_map))))
+    data = tifffile.imread(io.BytesIO(encode_map(page.with_pictures(page_map=page_map))))
     assert data.dtype == np.float32
     np.testing.assert_array_equal(data, page_map)
 
@@ -65,7 +65,7 @@ def test_map_of_a_page_from_photographs_tells_the_source_of_every_pixel(page):
     source[:, 5:] = 2
     page_map[0, 0], source[0, 0] = np.nan, 255
     report = {**page.report, "photos": [{"name": "far.jpg"}, {"name": "near.jpg"}]}
-    data = encode_map(replace(page, page_map=page_map, page_source=source, report=report))
+    data = encode_map(replace(page.with_pictures(page_map=page_map, page_source=source), report=report))
     with tifffile.TiffFile(io.BytesIO(data)) as file:
         layers, said = file.asarray(), json.loads(file.pages[0].description)
     np.testing.assert_array_equal(layers[..., :2], page_map)
@@ -86,7 +86,7 @@ def test_a_page_without_uncertainty_has_no_file_of_it(page, scan):
     kinds = frozenset({"uncertainty"})
     assert "page-uncertainty.tif" in outputs.names("page", kinds)
     assert "page-uncertainty.tif" not in outputs.names("page", kinds, page)
-    stated = replace(page, uncertainty=np.zeros(page.mask.shape, np.float32))
+    stated = page.with_pictures(uncertainty=np.zeros(page.mask.shape, np.float32))
     assert "page-uncertainty.tif" in outputs.names("page", kinds, stated)
     done = outputs.Restoration("page", stated, scan, (), {})
     assert len(list(outputs.encode_outputs(done, kinds))) == 3

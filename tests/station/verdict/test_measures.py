@@ -71,8 +71,9 @@ def restored_page(image, master):
     coverage[100:110, 100:110] = CoverageClass.OCCLUDED
     flat = FlatMesh(np.empty((0, 3)), np.empty((0, 3), int))
     report = {"strain": {"rms": 0.02, "smooth_rms": 0.001}, "coverage": {"cropped_fraction": 0.125}, **PPI}
-    return RestoredPage(
-        image, 25.4, coverage > 0, flat, report, np.dstack([cols, rows]), flat, master=master, coverage=coverage
+    page_map = np.dstack([cols, rows])
+    return RestoredPage({}, 25.4, flat, flat, report).with_pictures(
+        image=image, mask=coverage > 0, page_map=page_map, master=master, coverage=coverage
     )
 
 

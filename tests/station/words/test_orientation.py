@@ -55,7 +55,7 @@ def test_a_few_lines_are_read_in_every_direction_and_mirrored(few_lines, degrees
 
 @needs_tesseract
 def test_a_page_whose_words_are_a_mirror_image_is_mirrored(page, few_lines):
-    mirrored = replace(page, image=np.ascontiguousarray(few_lines[:, ::-1]), dpi=DPI)
+    mirrored = replace(page.with_pictures(image=np.ascontiguousarray(few_lines[:, ::-1])), dpi=DPI)
     upright, findings = turned(mirrored, Rotation.AUTO)
     np.testing.assert_array_equal(upright.image, few_lines)
     assert [one.code for one in findings] == ["words_mirrored"]
@@ -72,7 +72,7 @@ def test_the_part_that_is_read_has_most_letters(printed):
 
 @needs_tesseract
 def test_a_page_of_words_is_turned_upright(page, printed):
-    lying = replace(page, image=np.ascontiguousarray(np.rot90(printed)), dpi=DPI)
+    lying = replace(page.with_pictures(image=np.ascontiguousarray(np.rot90(printed))), dpi=DPI)
     upright, findings = turned(lying, Rotation.AUTO)
     np.testing.assert_array_equal(upright.image, printed)
     assert findings == ()
@@ -80,7 +80,7 @@ def test_a_page_of_words_is_turned_upright(page, printed):
 
 @needs_tesseract
 def test_without_words_the_page_stays_with_a_finding(page):
-    blank = replace(page, image=np.full((300, 200, 3), 250, np.uint8))
+    blank = page.with_pictures(image=np.full((300, 200, 3), 250, np.uint8))
     same, findings = turned(blank, Rotation.AUTO)
     assert same is blank
     assert [one.code for one in findings] == ["turn_undecided"]

@@ -10,10 +10,8 @@ import pytest
 from drivers.simulated import Curl, shoot
 from restore import BadInput, PartEdits, RestoredPage, Settings, restore, restore_leaves
 from restore.edits.finish import finish_page
-from restore.page import IMAGES
-from restore.prepared import large_page
-from restore.prepared.large_page import is_large
-from restore.runtime.rows import Rows
+from restore.prepared import pictures
+from restore.prepared.pictures import seen_at
 from restore.scan import SurfaceMesh
 from restore.texture.coverage import CoverageClass
 from tests.restore.layout.conftest import shot as opening
@@ -42,15 +40,15 @@ SCANS = {
 def both(make, monkeypatch) -> tuple[RestoredPage, RestoredPage]:
     """The page painted whole, and by rows from an overview of half its resolution."""
     whole = make()
-    monkeypatch.setattr(large_page, "KEPT_PIXELS", 0)
-    monkeypatch.setattr(large_page, "OVERVIEW_DPI", DPI / 2)
-    monkeypatch.setattr("restore.pipeline.OVERVIEW_DPI", DPI / 2)
+    monkeypatch.setattr(pictures, "KEPT_PIXELS", 0)
+    monkeypatch.setattr(pictures, "OVERVIEW_DPI", DPI / 2)
     return whole, make()
 
 
 def assert_equal(whole: RestoredPage, large: RestoredPage) -> None:
-    assert all(isinstance(large.__dict__[name], Rows) for name in ("image", "mask", "master", "coverage", "page_map"))
-    for name in IMAGES:
+    assert set(large.pictures) == set(whole.pictures)
+    for name, rows in large.pictures.items():
+        assert rows.kept is None
         expected, found = getattr(whole, name), getattr(large, name)
         if name == "image":
             assert np.abs(expected.astype(int) - found).max() <= SAME_CODE
@@ -62,7 +60,7 @@ def assert_equal(whole: RestoredPage, large: RestoredPage) -> None:
                 CoverageClass.OUTSIDE,
                 CoverageClass.OCCLUDED,
             }
-        elif expected is not None:
+        else:
             np.testing.assert_array_equal(found, expected, err_msg=name)
 
 
@@ -84,18 +82,18 @@ def test_leaves_are_drawn_by_rows_and_stay_undrawn(monkeypatch):
     settings = SETTINGS.model_copy(update={"shading": "keep", "white_balance": "keep"})
     whole, large = both(lambda: dict(restore_leaves(scan, settings, layout="split").parts()), monkeypatch)
     for part, page in large.items():
-        assert isinstance(finish_page(page, PartEdits()).__dict__["image"], Rows)
+        assert finish_page(page, PartEdits()).pictures["image"].kept is None
         assert_equal(whole[part], page)
 
 
 def test_a_page_that_is_inpainted_is_painted_whole(monkeypatch):
-    monkeypatch.setattr(large_page, "KEPT_PIXELS", 0)
-    assert is_large(folded(), Settings(dpi=200.0))
-    assert not is_large(folded(), Settings(dpi=200.0, inpaint_mm=1.0))
-    assert not is_large(folded(), Settings(dpi=150.0))
+    monkeypatch.setattr(pictures, "KEPT_PIXELS", 0)
+    assert seen_at(folded(), Settings(dpi=200.0)) == pictures.OVERVIEW_DPI
+    assert seen_at(folded(), Settings(dpi=200.0, inpaint_mm=1.0)) == 200.0
+    assert seen_at(folded(), Settings(dpi=100.0)) == 100.0
 
 
 def test_a_page_in_a_wrong_unit_is_refused():
     page = folded()
     with pytest.raises(BadInput, match="pixels"):
-        is_large(replace(page, flat=page.flat * 10), Settings(dpi=1200))
+        seen_at(replace(page, flat=page.flat * 10), Settings(dpi=1200))

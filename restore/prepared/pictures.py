@@ -1,7 +1,8 @@
-"""A page of more pixels than are kept in memory: drawn by rows, wherever they are needed.
+"""The pictures of a page, as rows.
 
-What needs the whole page is found on an overview of it: its findings, the holes that it encloses, its light, the colour
-of its paper. Pixels then follow from that, the mesh and the picture.
+A page of more pixels than are kept in memory is drawn by rows, wherever they are needed. What needs the whole page is
+found on an overview of it: its findings, the holes that it encloses, its light, the colour of its paper. Pixels then
+follow from that, the mesh and the picture.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from restore.scan import Bytes, Mask
 from restore.settings import Settings
 from restore.texture.coverage import UNSEEN, VISIBLE, WIDTH_DPI, Coverage, CoverageClass, of_kinds
 from restore.texture.occlusion import occluded
-from restore.texture.page import KEPT_PIXELS, PAPER, Painter, picture_size
+from restore.texture.page import KEPT_PIXELS, PAPER, Painter, Painting, picture_size
 
 OVERVIEW_DPI = WIDTH_DPI  # of the overview: widths on a page are measured no finer
 
@@ -30,19 +31,38 @@ OVERVIEW_DPI = WIDTH_DPI  # of the overview: widths on a page are measured no fi
 Relit = Callable[[Bytes, Mask, int], Bytes]
 
 
-def is_large(fine: FlatMesh, settings: Settings) -> bool:
-    """Return whether a page with a texture is drawn by rows.
+def seen_at(fine: FlatMesh, settings: Settings) -> float:
+    """Return the resolution at which a page is looked at, dpi.
 
-    One that is inpainted needs all of its pixels at once. Raises BadInput when the page would be too large.
+    It is below its own where the page is drawn by rows. One without a texture is not, and one that is inpainted needs
+    all of its pixels at once. Raises BadInput when the page would be too large.
     """
     width, height = picture_size(fine.flat, settings.dpi)
-    small = width * height <= KEPT_PIXELS or settings.dpi <= OVERVIEW_DPI
-    return not small and fine.texture is not None and not settings.inpaint_mm
+    is_whole = width * height <= KEPT_PIXELS or fine.texture is None or settings.inpaint_mm
+    return settings.dpi if is_whole else min(settings.dpi, OVERVIEW_DPI)
+
+
+def whole_pictures(image: Bytes, painted: Painting, seen: Painting, coverage: Coverage) -> dict[str, Rows]:
+    """Return the pictures of a page that is painted whole.
+
+    image: (h, w, 3), in its light.
+    painted, seen: all of it, and what the camera saw.
+    """
+    erased = coverage.seen == CoverageClass.ERASED
+    pictures = {
+        "image": image,
+        "mask": coverage.mask,
+        "master": seen.image,
+        "coverage": coverage.seen,
+        "page_source": seen.page_source,
+        "uncropped": np.where(erased[..., None], painted.image, seen.image) if erased.any() else None,
+    }
+    return {"page_map": seen.source, **{name: Rows.of(one) for name, one in pictures.items() if one is not None}}
 
 
 @dataclass(frozen=True, eq=False)
 class LargePage:
-    """The pictures of such a page.
+    """A page that is drawn by rows.
 
     kinds     how the shape of rows is known.
     hidden    (h, w) where the camera does not see it; None where the texture is not one camera's picture.
@@ -72,7 +92,7 @@ class LargePage:
         return cls(painter, prepared.kinds_by_rows(fine, dpi), hidden, overview, all_seen, relit)
 
     def pictures(self) -> dict[str, Rows]:
-        """Return the fields of a `RestoredPage` that are arrays over its pixels."""
+        """Return the pictures of a `RestoredPage`."""
         fields: dict[str, tuple[Callable[[slice], NDArray[Any]], Any, tuple[int, ...]]] = {
             "image": (self._relit, np.uint8, (3,)),
             "master": (lambda rows: self._painted(rows, UNSEEN)[0], np.uint8, (3,)),
