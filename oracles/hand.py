@@ -11,7 +11,7 @@ import numpy as np
 from drivers.simulated import Truth
 from oracles.layout import grid_positions
 from restore import RangeScan
-from restore.edits.polygons import inside_polygon
+from restore.numerics.polygons import inside_polygon
 from restore.scan import Floats, Mask
 
 Random = np.random.Generator
@@ -98,7 +98,7 @@ def tear_corner(scan: RangeScan, truth: Truth, random: Random) -> tuple[RangeSca
     tear[1:-1] += random.uniform(-RAGGED_MM, RAGGED_MM, (3, 2))
     torn = np.concatenate([tear[::-1], page[None] + 5.0 * np.array([[0, 1], [1, 1], [1, 0]])[[0, 1, 2]]])
     polygon = _picture_of(scan, truth)(torn)
-    samples = inside_polygon(polygon, scan.texture_xy)
+    samples = inside_polygon(scan.texture_xy, polygon)
     table = scan.measured & ~np.isfinite(truth.flat[..., 0])
     design = np.column_stack([scan.points[table][:, :2], np.ones(table.sum())])
     a, b, c = np.linalg.lstsq(design, scan.points[table][:, 2])[0]
@@ -108,7 +108,7 @@ def tear_corner(scan: RangeScan, truth: Truth, random: Random) -> tuple[RangeSca
     assert scan.texture is not None
     pixels = np.stack(np.meshgrid(*map(np.arange, scan.texture.shape[1::-1])), axis=-1).astype(float)
     dark = np.median(scan.texture[~_page_pixels(scan, truth)], axis=0)
-    texture = np.where(inside_polygon(polygon, pixels)[..., None], dark, scan.texture).astype(np.uint8)
+    texture = np.where(inside_polygon(pixels, polygon)[..., None], dark, scan.texture).astype(np.uint8)
     return replace(scan, points=points, texture=texture), tear
 
 

@@ -9,13 +9,14 @@ import numpy as np
 
 from restore.camera.rays import Rays
 from restore.edits.model import WHOLE, Frame, PageEdits, PartEdits, Point
-from restore.edits.polygons import checked_polygon, inside_polygon, within_image
+from restore.edits.polygons import checked_polygon, within_image
 from restore.errors import BadInput, NotEnoughSurface
 from restore.findings import Finding
 from restore.layout.crease import Crease
 from restore.layout.find import Inspected
 from restore.layout.leaves import Leaves, leaves_of
 from restore.layout.split import range_image_of
+from restore.numerics.polygons import inside_polygon
 from restore.prepared.separate import LeafSpine, SeparateSheet
 from restore.range_image.segmentation.segment import MIN_FRACTION
 from restore.scan import Floats, Mask, RangeScan
@@ -82,7 +83,7 @@ def _corrected(inspected: Inspected, sheet: SeparateSheet, part: PartEdits, fram
     rays, (places, size) = segmented.rays, _places(segmented.scan, frame, segmented.scan.texture_xy)
     samples, inside = segmented.samples, segmented.inside
     if part.outline is not None:
-        paper = inside_polygon(checked_polygon(_seen(part.outline, rays, frame), size, "outline"), places)
+        paper = inside_polygon(places, checked_polygon(_seen(part.outline, rays, frame), size, "outline"))
         if not (paper & segmented.scan.measured).any():
             raise BadInput("outline: nothing was measured inside it", "draw it round the page")
         if sheet.spine is not None:  # the spine stays where it is
@@ -90,7 +91,7 @@ def _corrected(inspected: Inspected, sheet: SeparateSheet, part: PartEdits, fram
         samples, inside = paper & segmented.scan.measured, paper
     erased = np.zeros(inside.shape, bool)
     for number, mask in enumerate(part.masks):
-        area = inside_polygon(checked_polygon(_seen(mask.polygon, rays, frame), size, f"masks.{number}"), places)
+        area = inside_polygon(places, checked_polygon(_seen(mask.polygon, rays, frame), size, f"masks.{number}"))
         if mask.what == "keep":
             if sheet.spine is not None:
                 area &= _on_side(sheet.spine, sheet.part, area.shape[1])

@@ -1,4 +1,4 @@
-"""Polygons drawn by hand: their checks, and the samples that they hold."""
+"""Polygons drawn by hand: their checks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from restore.errors import BadInput
-from restore.scan import Floats, Mask
+from restore.scan import Floats
 
 CLIPPED_PX = 20.0  # beyond the image a point is a slip of the hand; farther it is of another image
 MIN_AREA_PX2 = 50.0  # less is a click and not an area
@@ -42,20 +42,6 @@ def within_image(points: Floats, size: tuple[int, int], name: str) -> Floats:
         x, y = points[int(np.argmax(outside))]
         raise BadInput(f"{name}: the point ({x:g}, {y:g}) is outside the image of {size[1]} × {size[0]} pixels", HINT)
     return clipped
-
-
-def inside_polygon(polygon: Floats, places: Floats) -> Mask:
-    """Return which places (rows, cols, 2) px are within a polygon.
-
-    polygon: (n, 2) px. Returns (rows, cols) bool.
-    """
-    x, y = places[..., 0], places[..., 1]
-    inside = np.zeros(x.shape, bool)
-    for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-        spans = (y0 > y) != (y1 > y)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            inside ^= spans & (x < (x1 - x0) * (y - y0) / (y1 - y0) + x0)
-    return inside
 
 
 def _first_crossing(polygon: Floats) -> tuple[int, int] | None:

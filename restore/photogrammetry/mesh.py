@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from scipy.spatial import Delaunay, cKDTree
 
-from restore.photogrammetry.page import inside_polygon
+from restore.numerics.polygons import inside_polygon
 from restore.photogrammetry.surfaces.page_surface import PageSurface
 from restore.scan import Floats, Ints
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import cv2
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -256,28 +255,6 @@ def area_of_votes(
     # Padded: closing would otherwise take from the border.
     paper = ndimage.binary_closing(np.pad(paper, CLOSING), iterations=CLOSING)[CLOSING:-CLOSING, CLOSING:-CLOSING]
     return PageArea(_largest(paper), np.asarray(low, float))
-
-
-def inside_polygon(places: Floats, corners: Floats) -> Mask:
-    """Return which places (n, 2) are within a polygon, (n,) bool.
-
-    Rays cross it an odd number of times.
-    corners: (m, 2).
-    """
-    return np.asarray(_crosses_odd(np.ascontiguousarray(places, np.float64), np.ascontiguousarray(corners, np.float64)))
-
-
-@numba.njit(cache=True)
-def _crosses_odd(places: Floats, corners: Floats) -> Mask:
-    inside = np.zeros(len(places), np.bool_)
-    for i in range(len(places)):
-        x, y = places[i]
-        for k in range(len(corners)):
-            ax, ay = corners[k - 1]
-            bx, by = corners[k]
-            if (ay > y) != (by > y) and x < ax + (y - ay) * (bx - ax) / (by - ay):
-                inside[i] = not inside[i]
-    return inside
 
 
 def on_page(masks: PaperMasks, cameras: Sequence[PhotoCamera], points: Floats) -> Mask:

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from restore.numerics.polygons import inside_polygon
 from restore.photogrammetry.boundary_gaps import SPACING_MM
 from restore.photogrammetry.model import Model
-from restore.photogrammetry.page import CardInView, PaperMasks, inside_polygon, without_card
+from restore.photogrammetry.page import CardInView, PaperMasks, without_card
 from restore.photogrammetry.page_boundary import Edge, find_edge
 from restore.photogrammetry.refined import Fitted, filled_again
 from restore.photogrammetry.surfaces.lattice import Cloud

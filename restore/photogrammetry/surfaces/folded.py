@@ -304,14 +304,13 @@ class FoldedSurface:
         return np.asarray(distance < distance.min(axis=1, keepdims=True) + CANDIDATES_MM)
 
 
-def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = None) -> Surface | FoldedSurface:
+def fold(points: Floats, feet: Floats, smooth: Surface) -> Surface | FoldedSurface:
     """Return the surface through points, folded where they show creases.
 
     It is the smooth one where the points show no crease, and where they show many: small pieces are prolonged by more
     than their points determine.
     points: (n, 3) mm.
     feet: (n, 2) mm, on the smooth surface through them.
-    paper: of the pieces; None for that of PAPERS with which they come nearest to points held out.
     """
     labels = _large(find_pieces(points, feet))
     if (labels >= 0).mean() < MIN_COVERED:
@@ -322,18 +321,18 @@ def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = No
             rough = Paper(SMOOTH_STIFFNESS, most_strain=UNCREASED)
             if _folded(points, feet, labels, smooth, rough).flattest_crease() is not None:
                 return smooth
-        return _creased(points, feet, labels, smooth, paper) or smooth
+        return _creased(points, feet, labels, smooth) or smooth
     except SheetLost:  # not a real piece: a few points across several creases
         return smooth
 
 
-def _creased(points: Floats, feet: Floats, labels: Ints, smooth: Surface, paper: Paper | None) -> FoldedSurface | None:
+def _creased(points: Floats, feet: Floats, labels: Ints, smooth: Surface) -> FoldedSurface | None:
     """Return the pieces through points, merged where no crease parts them.
 
     points: (n, 3) mm, with labels (n,). Returns None for one piece only. Raises SheetLost.
     """
     while labels.max(initial=0) > 0:
-        folded = _folded(points, feet, labels, smooth, paper)
+        folded = _folded(points, feet, labels, smooth)
         flattest = folded.flattest_crease()
         if flattest is None:
             return refold(points, feet, folded)
@@ -366,12 +365,13 @@ def refold(points: Floats, feet: Floats, folded: FoldedSurface) -> FoldedSurface
     return folded
 
 
-def _folded(points: Floats, feet: Floats, labels: Ints, smooth: Surface, paper: Paper | None) -> FoldedSurface:
+def _folded(points: Floats, feet: Floats, labels: Ints, smooth: Surface, paper: Paper | None = None) -> FoldedSurface:
     """Return the pieces through points.
 
     points: (n, 3) mm.
     feet: (n, 2) mm.
     labels: (n,), −1 for none.
+    paper: of the pieces; None for that of PAPERS with which they come nearest to points held out.
     """
     large = np.bincount(labels[labels >= 0]) >= CORE
     labels = np.where((labels >= 0) & large[labels], np.cumsum(large)[labels] - 1, -1)

@@ -8,15 +8,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from restore.drawing import rasterise
-from restore.scan import Bytes, Floats, Ints
+from restore.scan import Bytes, Floats, Ints, Mask
 from station.console.shown_pages.layers import file_of_layer, opened, read_model, stored_file
 from station.console.shown_pages.tiles import Box, Pyramid, Size
 from station.pictures.strain import SIGNED, round_up
 from station.session import Event, Session
 
-SHOWN_FRACTION = 99.0  # percentile of strain at the end of the scale: a single sliver must not hide the rest
+SHOWN_PERCENT = 99.0  # of the values are within the scale: a single sliver or corner must not hide the rest
 OPACITY = 190
 COLOURS = 256  # between the ends of the scale
 
@@ -33,9 +34,6 @@ class StrainPyramid(Pyramid):
     def __init__(self, size: Size, uv: Floats, faces: Ints, strain: Floats) -> None:
         super().__init__(size)
         self._uv, self._faces, self._strain = uv, faces, np.ascontiguousarray(strain[:, None])
-        anchors = np.linspace(0.0, COLOURS - 1.0, len(SIGNED))
-        channels = [np.interp(np.arange(COLOURS), anchors, channel) for channel in SIGNED.T]
-        self._table = np.column_stack([*channels, np.full(COLOURS, OPACITY)]).astype(np.uint8)
         self._end = end_of_scale(strain)
 
     @property
@@ -50,10 +48,7 @@ class StrainPyramid(Pyramid):
         u, v = self._uv.T
         xy = np.column_stack([u * width - 0.5 - left, (1.0 - v) * height - 0.5 - top])
         found = rasterise(xy, self._faces, self._strain, bottom - top, right - left)[..., 0]
-        fraction = np.clip(np.nan_to_num(found) / self._end / 2.0 + 0.5, 0.0, 1.0)
-        picture = self._table[np.rint(fraction * (COLOURS - 1)).astype(np.uint8)]
-        picture[~np.isfinite(found), 3] = 0
-        return np.asarray(picture)
+        return coloured(np.nan_to_num(found) / self._end / 2.0 + 0.5, np.isfinite(found), SIGNED)
 
 
 def strain_pyramid(session: Session, event: Event, prefix: str = "") -> StrainPyramid:
@@ -75,10 +70,34 @@ def strain_scale(strain: Floats) -> dict[str, Any]:
         "unit": "fraction",
         "stretch": {"min": float(strain.min()), "max": float(strain.max()), "rms": float(np.sqrt((strain**2).mean()))},
         "end": end_of_scale(strain),
-        "colours": ["#{:02x}{:02x}{:02x}".format(*colour.astype(int)) for colour in SIGNED],
+        "colours": hexadecimal(SIGNED),
     }
 
 
-def end_of_scale(strain: Floats) -> float:
-    """The greatest strain of the colours, of strains (n,)."""
-    return round_up(float(np.percentile(np.abs(strain), SHOWN_FRACTION)))
+def coloured(fraction: NDArray[np.floating[Any]], known: Mask, colours: Floats) -> Bytes:
+    """Colour fractions (h, w) of a scale as a picture (h, w, 4).
+
+    known: (h, w), where it is not transparent.
+    colours: (k, 3), along the scale.
+    """
+    anchors = np.linspace(0.0, COLOURS - 1.0, len(colours))
+    channels = [np.interp(np.arange(COLOURS), anchors, channel) for channel in colours.T]
+    table = np.column_stack([*channels, np.full(COLOURS, OPACITY)]).astype(np.uint8)
+    picture = table[np.rint(np.clip(fraction, 0.0, 1.0) * (COLOURS - 1)).astype(np.uint8)]
+    picture[~known, 3] = 0
+    return picture
+
+
+def hexadecimal(colours: Floats) -> list[str]:
+    """Return colours (k, 3) as a page of the web has them."""
+    return ["#{:02x}{:02x}{:02x}".format(*colour.astype(int)) for colour in colours]
+
+
+def end_of_scale(values: Floats) -> float:
+    """Return the greatest value of the colours, of values of either sign that may be NaN.
+
+    >>> end_of_scale(np.array([[0.003, 0.011, np.nan]]))
+    0.02
+    """
+    known = np.abs(values[np.isfinite(values)])
+    return round_up(float(np.percentile(known, SHOWN_PERCENT)) if known.size else 0.0)

@@ -15,7 +15,6 @@ from restore.photogrammetry.page import (
     area_of_votes,
     find_paper,
     ground_sample,
-    inside_polygon,
     on_page,
 )
 from restore.photogrammetry.surfaces.surface import Surface
@@ -114,13 +113,6 @@ def test_views_that_do_not_see_a_point_have_no_vote(masks):
     assert page_before.votes(cameras(), beside)[0] > 0.5
     share, count = page_before.votes(cameras(), beside, seen=only)
     assert (share, count) == (0.0, 1.0)
-
-
-def test_places_within_a_polygon():
-    corners = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [5.0, 2.0], [0.0, 10.0]])
-    places = np.array([[1.0, 5.0], [5.0, 1.0], [5.0, 5.0], [9.5, 8.0], [-1.0, 5.0], [11.0, 5.0], [5.0, -1.0]])
-    assert inside_polygon(places, corners).tolist() == [True, True, False, True, False, False, False]
-    assert inside_polygon(places, corners[::-1]).tolist() == inside_polygon(places, corners).tolist()
 
 
 def test_the_outline_runs_counter_clockwise(masks):

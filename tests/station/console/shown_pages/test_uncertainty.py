@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from station.console.shown_pages.uncertainty import OPACITY, draw_uncertainty, end_of_scale
+from station.console.shown_pages.strain import OPACITY, end_of_scale
+from station.console.shown_pages.uncertainty import draw_uncertainty
 from station.pictures.strain import UNSIGNED
 
 
