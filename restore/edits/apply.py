@@ -54,7 +54,6 @@ def _unused(edits: PageEdits, parts: list[str]) -> tuple[Finding, ...]:
 
 
 def _drawn_spine(inspected: Inspected, points: tuple[Point, ...], frame: Frame) -> Crease:
-    """The spine that was drawn, on the grid of the flattened sheet."""
     if inspected.flattened is None:
         raise BadInput("a spine cannot be drawn on this scan", "leave out spine")
     sheet = inspected.flattened.sheet

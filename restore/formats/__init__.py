@@ -111,7 +111,6 @@ def _depth(path: Path, picture: Bytes | None, how: Reading) -> RangeScan:
 
 
 def _ply(path: Path, picture: Bytes | None, how: Reading) -> RangeScan | SurfaceMesh:
-    """Read a mesh, or a cloud where the file has no faces."""
     content = parse_ply(path, read_bytes(path, MAX_BYTES))
     if has_faces(content):
         return _mesh(lambda path, picture: ply_mesh(path, content, picture))(path, picture, how)

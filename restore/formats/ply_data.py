@@ -120,7 +120,6 @@ def parse_ply(path: Path, data: bytes) -> PlyData:
 
 
 def _parse_header(path: Path, data: bytes) -> tuple[Header, int]:
-    """The header, and the offset of the body."""
     end = _END.search(data, 0, MAX_HEADER_BYTES)
     lines = [line.strip() for line in data[: end.start() if end else 0].split(b"\n")]
     first = next((k for k, line in enumerate(lines) if k and line.split()[:1] not in REMARKS), 0)

@@ -58,7 +58,6 @@ def _binary_corners(path: Path, data: bytes) -> tuple[Floats, list[Finding]]:
 
 
 def _count(path: Path, data: bytes) -> tuple[int, list[Finding]]:
-    """The number of triangles of a binary file, and findings."""
     count = int.from_bytes(data[HEADER_BYTES - 4 : HEADER_BYTES], "little")
     expected = HEADER_BYTES + count * TRIANGLE.itemsize
     held, behind = divmod(len(data) - HEADER_BYTES, TRIANGLE.itemsize)

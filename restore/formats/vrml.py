@@ -117,7 +117,6 @@ class Pieces:
 
 
 def _without_comments(data: bytes) -> bytes:
-    """The text with blanks in the place of comments."""
     text = np.frombuffer(data, np.uint8).copy()
     _blank_comments(text)
     return text.tobytes()

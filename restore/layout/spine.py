@@ -168,5 +168,4 @@ def _mean(values: Floats) -> float:
 
 
 def _greatest(values: Floats) -> float:
-    """The greatest magnitude, 0 for none."""
     return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))

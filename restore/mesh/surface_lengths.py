@@ -275,7 +275,6 @@ def _meet(x: float, y: float, turn: float, first: float, second: float) -> tuple
 
 @numba.njit(cache=True, error_model="numpy")
 def _curvature(form: Floats, normal: Floats, fold: Floats) -> float:
-    """Normal curvature of a patch across a fold."""
     total = 0.0
     for p in range(3):
         m, n = (p + 1) % 3, (p + 2) % 3

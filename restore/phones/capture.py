@@ -76,7 +76,6 @@ def _reader(folder: Path) -> tuple[str, Reader]:
 
 
 def _chosen(frames: Sequence[Frame]) -> list[Frame]:
-    """The sharpest frame of each of MAX_FRAMES equal runs."""
     runs = np.array_split(np.arange(len(frames)), min(MAX_FRAMES, len(frames)))
     return [max((frames[k] for k in run), key=lambda frame: frame.sharpness) for run in runs]
 

@@ -65,7 +65,6 @@ def _tiles(shape: tuple[int, ...]) -> Iterator[tuple[slice, slice]]:
 
 
 def _detect_in(grey: Bytes, mask: Bytes | None, rows: slice, cols: slice, most: int) -> Features:
-    """The strongest features of a tile, in pixels of the whole picture."""
     top, left = max(rows.start - TILE_MARGIN, 0), max(cols.start - TILE_MARGIN, 0)
     part = slice(top, rows.stop + TILE_MARGIN), slice(left, cols.stop + TILE_MARGIN)
     inside = np.zeros_like(grey[part])

@@ -138,7 +138,6 @@ def sources_of(page: FlatMesh, registered: Sequence[Registered]) -> list[Source]
 
 
 def _mtf50(page: FlatMesh, photograph: Photograph, found: Registration) -> float | None:
-    """The MTF50 of a photograph on the page, cycles per pixel."""
     pixels = found.camera.project(page.vertices)
     shown = _shown(pixels, page.faces, photograph.image.shape[:2])
     areas = signed_areas(pixels, page.faces), page.areas

@@ -147,7 +147,6 @@ def _carry_to_edge(image: Bytes, mask: Mask, margin: int) -> None:
 
 
 def _resolution(page: FlatMesh, sources: Sequence[Source], plan: Plan) -> Resolution:
-    """What the page is painted from has, medians over the page."""
     best = np.argmax(plan.weights, axis=0)
     ppi = np.take_along_axis(plan.ppi, best[None], axis=0)[0]
     if not (ppi > 0).any():

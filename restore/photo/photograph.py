@@ -97,7 +97,6 @@ def _orientation(tag: object) -> int:
 
 
 def _unknown(path: Path) -> BadInput:
-    """Return the error for a file that is not a picture of the KINDS."""
     if read_regular(path, MAX_BYTES)[4:8] == FILE_BOX:
         return BadInput(
             f"{path} is an AVIF image or a video, which is not read here", "save it as JPEG (phones can be set to)"
@@ -147,7 +146,6 @@ def _srgb(picture: Image.Image) -> Bytes:
 
 
 def _focal_px(picture: Image.Image) -> float | None:
-    """Return the focal length of EXIF, in pixels of the whole picture."""
     try:
         film_mm = float(picture.getexif().get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.FocalLengthIn35mmFilm, 0))
     except (TypeError, ValueError, ZeroDivisionError, OSError):

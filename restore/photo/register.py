@@ -241,7 +241,6 @@ def _insist_on_sharpness(reference: Reference, grey: Bytes, camera: PhotoCamera,
 
 
 def _insist(found: Registration, reference: Reference) -> None:
-    """Raise Refused when a registration is not certain."""
     if found.match_fraction < MIN_ALIKE:
         raise Refused(
             f"the photograph does not show this page: only {found.match_fraction:.0%} of the print looks the same"

@@ -84,7 +84,6 @@ def _report(evened: Mapping[int, ShadingResult], main: int) -> dict[str, Any]:
 
 
 def _painted_from(page: FlatMesh, sources: Sequence[Source], planned: Plan, k: int, dpi: float) -> Bytes:
-    """The page painted from one source only."""
     weights = np.zeros_like(planned.weights)
     weights[k] = 1.0
     return paint(page, sources, replace(planned, weights=weights, gains=np.ones_like(planned.gains)), dpi).image

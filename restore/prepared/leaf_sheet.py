@@ -64,7 +64,6 @@ class LeafSheet(FacetSheet):
         return 1 if self.side == "left" else -1
 
     def _spine_side(self, page: PageOnGrid) -> Mapping[Side, Line]:
-        """The line of the spine on a flat page."""
         rows = np.linspace(page.nodes[:, 0].min(), page.nodes[:, 0].max(), PLACES)
         nodes = np.column_stack([rows, np.interp(rows, np.arange(len(self.spine.cols)), self.spine.cols)])
         places = interpolate_flat_positions(self.sheet.inside.shape, page.nodes, page.faces, page.flat, nodes)

@@ -65,7 +65,6 @@ def _check(function: Callable[..., Any], name: str, value: Any) -> None:
 
 @functools.cache
 def _hints(function: Callable[..., Any]) -> dict[str, Any]:
-    """What each argument of a function is to be."""
     return get_type_hints(function)
 
 
@@ -88,7 +87,6 @@ def _fits(value: Any, wanted: Any) -> bool:
 
 
 def _named(wanted: Any) -> list[str]:
-    """The types by their names, for a message."""
     origin, items = get_origin(wanted), get_args(wanted)
     if origin in (Union, UnionType):
         return [name for one in items for name in _named(one)]

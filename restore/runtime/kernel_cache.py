@@ -125,7 +125,6 @@ def _can_write(folder: Path) -> bool:
 
 
 def _remove_old(base: Path) -> None:
-    """Remove what was compiled of other sources long ago."""
     import shutil  # takes as long as all the rest of this module, and is rarely needed
 
     for folder in base.glob(f"{NAME}*"):

@@ -88,7 +88,6 @@ def _check(pictures: Sequence[Bytes], rig: Rig) -> None:
 
 
 def _axes(pictures: Sequence[Bytes], level: NDArray[np.float32], rig: Rig) -> tuple[Axis, Axis]:
-    """The projector's columns and rows in the camera's picture."""
     pairs = list(zip(pictures[:-2:2], pictures[1:-2:2], strict=True))
     split = rig.projector.bits[0]
     return decode_axis(pairs[:split], level, rig.projector.width), decode_axis(

@@ -107,7 +107,6 @@ def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi:
 
 
 def _corners_alone(fine: FlatMesh) -> FlatMesh:
-    """The flat mesh with three vertices for each face, which no other face has."""
     faces: Ints = np.arange(3 * len(fine.faces)).reshape(-1, 3)
     return replace(fine, faces=faces, flat=fine.flat[fine.faces].reshape(-1, 2))
 

@@ -92,7 +92,6 @@ def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
 
 
 def _all_chunks(path: Path, data: bytes) -> list[tuple[bytes, bytes]]:
-    """The kind of each chunk and its bytes."""
     magic, version, length = struct.unpack("<4sII", data[:12].ljust(12, b"\0"))
     if (magic, version) == (MAGIC, VERSION) and length > len(data):
         raise BadInput(f"{path} seems cut short: it has {len(data)} of {length} bytes", CUT_SHORT)

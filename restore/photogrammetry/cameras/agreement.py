@@ -135,7 +135,6 @@ def with_blur(fault: NoPage, photographs: Sequence[Photograph]) -> NoPage:
 
 
 def _sharpness_of(photograph: Photograph) -> Sharpness:
-    """The sharpness of the small copy in which features are sought."""
     grey = cv2.cvtColor(photograph.image, cv2.COLOR_RGB2GRAY)
     ratio = min(1.0, SIDE / max(grey.shape))
     return sharpness(cv2.resize(grey, None, fx=ratio, fy=ratio, interpolation=cv2.INTER_AREA))

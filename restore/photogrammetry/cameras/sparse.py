@@ -230,7 +230,6 @@ def _points(model: Any, ratio: float) -> tuple[Floats, Floats]:
 
 
 def _reasons(greys: Sequence[Bytes], matched: dict[int, int], joined: set[int]) -> dict[int, Finding]:
-    """Why photographs did not join."""
     detail = [float(cv2.Laplacian(grey, cv2.CV_32F).var()) for grey in greys]
     usual = float(np.median(detail))
     reasons: dict[int, str] = {}

@@ -149,7 +149,6 @@ def _labelled(scan: RangeScan, rays: Rays, samples: Mask, surface: Mask) -> Segm
 
 
 def _find_table(scan: RangeScan) -> tuple[RangeScan, Table]:
-    """Return the scanner's image with warnings about its table, and the table."""
     table = find_table(scan, inverse_depths(scan), scan.measured)
     if table.touching > MAX_TOUCHING:
         scan = with_findings(scan, Finding.of("unseen_edge", table.touching))
