@@ -34,6 +34,7 @@ RESOLUTION = "restore/texture/resolution.py"
 SHEET = "restore/prepared/facet_sheet.py"
 ADJUST = "restore/photogrammetry/track_and_adjust.py"
 GRAMMETRY = "restore/photogrammetry/reconstruct.py"
+SURFACE = "restore/photogrammetry/surfaces/surface.py"
 LIGHT = "restore/shading/remove.py"
 CAMERA = "drivers/vivid900/capture/camera.py"
 LAYOUT = "restore/layout/finding.py"
@@ -273,9 +274,9 @@ KEYS: Mapping[str, Key] = {
     "surface_residual_mm": Key("number", "mm", "distance that one point in ten exceeds", GRAMMETRY),
     "excess_area_fraction": Key("number|null", "1", "area that paper cannot have", GRAMMETRY),
     "gutter_width_range_mm": Key("number|null", "mm", "of the strip across a spine, from row to row", GRAMMETRY),
-    "shape": Key("text", "", "smooth, pieces or facets", GRAMMETRY),
-    "stiffness_mm4": Key("number|null", "mm⁴", "stiffness of the smooth surface", GRAMMETRY),
-    "smooth_pieces": Key("number|null", "", "smooth pieces between creases", GRAMMETRY),
+    "shape": Key("text", "", "smooth, pieces or facets", SURFACE),
+    "stiffness_mm4": Key("number|null", "mm⁴", "stiffness of the smooth surface", SURFACE),
+    "smooth_pieces": Key("number|null", "", "smooth pieces between creases", SURFACE),
     "adjustments": Key("[table]", "", "bundle adjustments: patches, points, residual", GRAMMETRY),
     "patches": Key("number", "", "patches that were tracked", ADJUST),
     "reprojection_px": Key("number", "pixels", "rms of a bundle adjustment", ADJUST),
