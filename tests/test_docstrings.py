@@ -45,6 +45,6 @@ def test_public_functions_say_the_shapes_of_their_arrays():
     assert without_shapes() == []
 
 
-def test_a_shape_is_told_from_other_parentheses():
+def test_a_shape_is_distinguished_from_other_parentheses():
     assert all(SHAPE.search(text) for text in ("(n, 3) mm", "(m,)", "(rows, cols)", "(…, 2)", "(3·m, k)"))
     assert not any(SHAPE.search(text) for text in ("(Canny 1986)", "f(x)", "(mm)"))

@@ -29,7 +29,7 @@ def test_a_child_process_is_a_leak(leak_check):
     child.communicate(b"\n")
 
 
-def test_what_is_closed_again_is_no_leak(leak_check, tmp_path):
+def test_what_is_closed_again_is_not_a_leak(leak_check, tmp_path):
     with leak_check():
         with (tmp_path / "file").open("wb"):
             pass

@@ -41,7 +41,7 @@ def test_half_the_contrast_is_the_contrast_term_alone():
     assert ms_ssim(noise, halved) == pytest.approx(expected, abs=0.003)  # windows see a few per cent less variance
 
 
-def test_a_negative_is_no_likeness(grey):
+def test_a_negative_is_not_a_likeness(grey):
     assert ms_ssim(grey, 255 - grey) < 0.01
 
 

@@ -18,7 +18,7 @@ def test_a_regular_file_is_read_whole(tmp_path):
         read_regular(tmp_path / "a", 4)
 
 
-def test_what_is_no_regular_file_is_refused_at_once(tmp_path):
+def test_what_is_not_a_regular_file_is_refused_at_once(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path, fault in (
         (tmp_path / "pipe", "not a regular file"),
@@ -47,7 +47,7 @@ DEEP = {
 
 
 @pytest.mark.parametrize("name", DEEP)
-def test_deep_nesting_is_no_recursion_error(tmp_path, name):
+def test_deep_nesting_is_not_a_recursion_error(tmp_path, name):
     (tmp_path / "a.toml").write_text(DEEP[name])
     with pytest.raises(ValueError, match=r"."):
         read_toml(tmp_path / "a.toml")

@@ -16,7 +16,7 @@ def placeholders(text):
 
 
 @pytest.mark.parametrize("code", CODES)
-def test_a_code_that_prints_a_share_says_of_what(code):
+def test_a_code_that_prints_a_fraction_says_of_what(code):
     entry = CODES[code]
     assert bool(entry.fraction_of) >= ("share" in placeholders(entry.text))
 

@@ -26,7 +26,7 @@ def test_importing_the_package_imports_none_of_its_work():
     assert modules_after(LIGHT).isdisjoint({"cv2", "numba", "scipy", "restore.pipeline"})
 
 
-def test_a_scan_that_is_no_phones_capture_needs_no_photogrammetry():
+def test_a_scan_without_a_phones_capture_needs_no_photogrammetry():
     statement = "from restore import load_capture; from contextlib import suppress\nwith suppress(Exception): "
     assert "restore.photogrammetry" not in modules_after(statement + "load_capture('gone.obj')")
 
@@ -36,14 +36,14 @@ def test_restoring_a_stored_scan_imports_nothing_of_other_work(statement):
     assert modules_after(statement).isdisjoint(OTHER_WORK)
 
 
-def test_the_public_door_has_nineteen_functions_fifteen_types_and_three_errors():
+def test_the_public_api_has_nineteen_functions_fifteen_types_and_three_errors():
     names = {name: getattr(restore, name) for name in restore.__all__}
     errors = {name for name, one in names.items() if isinstance(one, type) and issubclass(one, Exception)}
     types = {name for name, one in names.items() if isinstance(one, type)} - errors
     assert (len(names.keys() - types - errors), len(types), len(errors)) == (19, 15, 3)
 
 
-def test_the_side_door_of_the_runtime_lists_its_names():
+def test_the_runtime_package_lists_its_names():
     assert all(getattr(runtime, name) is not None for name in runtime.__all__)
     assert "missing_libraries" in runtime.__all__
 

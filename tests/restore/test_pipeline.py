@@ -241,13 +241,13 @@ def test_every_stage_is_reported():
 
 
 def test_progress_and_steps_can_be_followed():
-    told, steps = [], []
+    reported, steps = [], []
     restore(
         shot("curl")[0],
-        progress=lambda stage, done: told.append((stage, done)),
+        progress=lambda stage, done: reported.append((stage, done)),
         on_step=lambda step, positions, faces: steps.append((step, positions.shape, len(faces))),
     )
-    assert [stage for stage, done in told if done == 1.0] == [
+    assert [stage for stage, done in reported if done == 1.0] == [
         "prepare",
         "decimate",
         "flatten",

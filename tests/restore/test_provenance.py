@@ -17,9 +17,9 @@ UNREADABLE = [
 
 @pytest.mark.parametrize(("provenance", "fault"), UNREADABLE)
 def test_what_cannot_be_read_is_named(provenance, fault):
-    with pytest.raises(BadInput, match=fault) as told:
+    with pytest.raises(BadInput, match=fault) as reported:
         check_provenance(provenance)
-    assert told.value.hint
+    assert reported.value.hint
 
 
 def test_what_is_free_is_left_alone():

@@ -53,7 +53,7 @@ def described(fine, *, surface=None, settings=None, distance=None):
     return report | {"findings": [one.as_json() for one in found]}
 
 
-def test_a_page_that_is_folded_over_itself_is_told(page):
+def test_a_page_that_is_folded_over_itself_is_reported(page):
     across = page.flat[:, 0]
     folded = replace(page, flat=np.column_stack([np.where(across > 90.0, 180.0 - across, across), page.flat[:, 1]]))
     assert any("of the faces are flipped" in one["text"] for one in described(folded)["findings"])
@@ -86,7 +86,7 @@ def test_strain_is_relative_to_the_lengths_on_the_surface(page):
     assert described(replace(page, lengths=2 * page.lengths))["strain"]["max"] == pytest.approx(0.5, rel=SINGLE)
 
 
-def test_single_wrong_lengths_are_no_stretch(page, rng):
+def test_single_wrong_lengths_are_not_a_stretch(page, rng):
     wrong = np.where(rng.random(len(page.lengths)) < 0.002, 1.3, 1.0)
     report = described(replace(page, lengths=wrong * page.lengths, flat=page.flat / [1.005, 1.0]))
     assert report["strain"]["rms"] > NOT_DEVELOPABLE > report["strain"]["smooth_rms"]
@@ -111,7 +111,7 @@ def test_a_page_without_colour_is_reported_to_show_its_relief(page, without):
     assert "relief" in found["text"]
 
 
-def test_the_filled_share_of_a_sheet_on_its_grid_is_reported(camera, page):
+def test_the_filled_fraction_of_a_sheet_on_its_grid_is_reported(camera, page):
     inside = np.zeros(camera.shape, bool)
     inside[20:120, 30:130] = True
     sheet = camera.sheet(camera.facets(camera.plane()), inside)
@@ -144,7 +144,7 @@ def test_strain_is_also_given_against_straight_lengths_with_how_far_the_estimate
     assert chords["rms"] == pytest.approx(described(page)["strain"]["rms"], rel=SINGLE)
 
 
-def test_a_page_whose_lengths_are_mostly_estimates_is_warned_about_and_told_where_they_differ_most(page):
+def test_a_page_of_estimated_lengths_is_warned_about_with_the_place_of_the_largest_difference(page):
     edges = Topology(page.faces).edges
     lengths = np.where(np.arange(len(edges)) % 3 > 0, 1.05, 1.0) * page.lengths
     lengths[7] = 2.0 * page.lengths.max()

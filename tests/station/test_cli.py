@@ -110,7 +110,7 @@ def test_a_fault_of_the_restoration(library, scan_file, tmp_path, capsys, error,
     assert not (tmp_path / "out").exists()
 
 
-def test_what_the_library_says_is_told_word_for_word(library, scan_file, tmp_path, capsys):
+def test_what_the_library_says_is_reported_word_for_word(library, scan_file, tmp_path, capsys):
     library.load_fault = BadInput("book.abs.gz is damaged", "copy it again")
     assert main(["restore", str(scan_file), "-o", str(tmp_path / "out")]) == 3
     assert fault(capsys.readouterr().err) == ["book.abs.gz is damaged", "copy it again"]
@@ -257,7 +257,7 @@ def test_as_a_process_a_full_disk_under_stdout(repository):
     assert fault(done.stderr)[1].startswith("free some space")
 
 
-def test_as_a_process_a_closed_stdout_is_no_fault(repository):
+def test_as_a_process_a_closed_stdout_is_not_an_error(repository):
     done = run("--version", cwd=repository, preexec_fn=lambda: os.close(1))
     assert (done.returncode, done.stderr) == (0, "")
 
@@ -343,7 +343,7 @@ def test_without_arguments_the_help_is_printed(capsys):
     assert "restore" in capsys.readouterr().out
 
 
-def test_as_a_process_nobody_reads_stdout(repository, tmp_path):
+def test_as_a_process_stdout_may_be_closed(repository, tmp_path):
     for argument in ("--version", "--help"):
         reading, writing = os.pipe()
         os.close(reading)

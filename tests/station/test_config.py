@@ -42,7 +42,7 @@ def test_the_demonstration_is_well_formed(repository):
 
 
 @pytest.mark.parametrize("name", ["simulated", "simulated-book", "simulated-turntable", "vivid900"])
-def test_a_configuration_that_comes_along_is_found_by_its_name(name, repository, tmp_path, monkeypatch):
+def test_a_configuration_that_is_bundled_is_found_by_its_name(name, repository, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     named, given = load_config(Path(name)), load_config(repository / "configs" / f"{name}.toml")
     assert named.model_dump(exclude={"scanner"}) == given.model_dump(exclude={"scanner"})
@@ -55,7 +55,7 @@ def test_a_file_of_that_name_comes_first(tmp_path, monkeypatch):
     assert load_config(Path("simulated")).scanner["seed"] == 77
 
 
-def test_the_names_that_come_along_are_told(tmp_path):
+def test_the_names_that_are_bundled_are_reported(tmp_path):
     with pytest.raises(UsageError) as caught:
         load_config(tmp_path / "nowhere.toml")
     assert "simulated, simulated-book, simulated-turntable, vivid900" in caught.value.hint
@@ -69,7 +69,7 @@ def test_a_configuration_without_its_ending_is_named(tmp_path, monkeypatch):
     assert "the whole name, mine.toml, or a bundled one: simulated" in caught.value.hint
 
 
-def test_a_folder_of_that_name_is_no_configuration(tmp_path, monkeypatch):
+def test_a_folder_of_that_name_is_not_a_configuration(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("simulated").mkdir()
     assert load_config(Path("simulated")).scanner["driver"] == "simulated"
@@ -100,7 +100,7 @@ def test_a_fault_names_the_file_and_the_key(tmp_path, text, named):
     assert "station.toml" in str(caught.value)
 
 
-def test_every_mistake_is_told_and_the_file_once(tmp_path):
+def test_every_mistake_is_reported_and_the_file_once(tmp_path):
     with pytest.raises(UsageError) as caught:
         load(tmp_path, "[restore]\npoints = -5\nsize = 2\n")
     message = str(caught.value)

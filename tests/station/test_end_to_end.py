@@ -49,7 +49,7 @@ def report(out):
     return json.loads((out / "leaf.json").read_text())
 
 
-def test_every_file_is_there_and_told_of(out, report):
+def test_every_file_exists_and_is_reported(out, report):
     assert {path.name for path in out.iterdir()} == {"leaf.scan", *report["files"]}
 
 
@@ -109,11 +109,11 @@ def test_a_damaged_scan_is_bad_input(tmp_path, capsys, content):
     assert "book.abs" in capsys.readouterr().err
 
 
-def test_ctrl_c_is_told_in_a_line_and_keeps_the_scan(tmp_path, monkeypatch, capfd):
+def test_ctrl_c_is_reported_in_a_line_and_keeps_the_scan(tmp_path, monkeypatch, capfd):
     (tmp_path / "station.toml").write_text(CONFIG + '[capture]\nmode = "fast"\n')
     monkeypatch.setattr(one_page, "restore", lambda *_, **__: os.kill(os.getpid(), signal.SIGINT))
     assert main(["scan", "--config", str(tmp_path / "station.toml"), "-o", str(tmp_path / "out")]) == 130
-    told = capfd.readouterr().err
-    assert told.startswith("planish: stopped by Ctrl-C\n")
-    assert "Traceback" not in told
+    reported = capfd.readouterr().err
+    assert reported.startswith("planish: stopped by Ctrl-C\n")
+    assert "Traceback" not in reported
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["leaf.scan"]

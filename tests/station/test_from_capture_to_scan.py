@@ -123,9 +123,9 @@ def test_from_captures_to_the_first_scan(variant, link_type, scanner, planish, t
     # 3. The fields, by what differs.
     for setting, files in series.items():
         values = ",".join(map(str, files))
-        told = FIELD.findall(planish("trace", *files.values(), "--setting", f"{setting}={values}"))
-        assert {name for _, name, _ in told} == {setting}
-        role, _, field = told[0]
+        reported = FIELD.findall(planish("trace", *files.values(), "--setting", f"{setting}={values}"))
+        assert {name for _, name, _ in reported} == {setting}
+        role, _, field = reported[0]
         if role == "write_parameters":
             fill_in(draft, setting, f"{setting} = {field}")
         else:  # the data of the release: the byte that changes becomes the field
@@ -144,10 +144,10 @@ def test_from_captures_to_the_first_scan(variant, link_type, scanner, planish, t
         f'transport = {{ kind = "socket", port = {port} }}\n'
         '[capture]\nmode = "fast"\ndistance_mm = 900\nlaser_power = 60\n'
     )
-    told = planish("query", "--config", str(station))
-    assert "not trusted" in told
-    assert "has to be found out" not in told
-    assert f"distance_mm = {device.parameters.distance_mm}" in told
+    reported = planish("query", "--config", str(station))
+    assert "not trusted" in reported
+    assert "has to be found out" not in reported
+    assert f"distance_mm = {device.parameters.distance_mm}" in reported
     assert main(["scan", "--config", str(station), "-o", str(tmp_path / "refused")]) != 0
     assert not {"write_parameters", "release"} & {event.detail for event in device.log.named("command")}
 

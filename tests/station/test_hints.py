@@ -12,7 +12,7 @@ from tests.station.conftest import fault
 from tests.station.hints import missing_options, options_of
 
 
-def test_options_are_told_by_the_command_that_has_them() -> None:
+def test_an_option_of_another_command_is_named_with_its_command() -> None:
     assert "--unit" in options_of(["restore", "scan.obj", "-o", "out"])
     assert missing_options("give it with --unit, or --force", ["restore"]) == []
     assert missing_options("give it with --unit, or --force", ["merge"]) == ["--unit"]

@@ -142,7 +142,7 @@ def test_frames_sheet_has_a_place_for_each(page):
     assert not np.array_equal(sheet[:HEIGHT, :WIDTH], sheet[:HEIGHT, WIDTH : 2 * WIDTH])
 
 
-def test_what_was_not_seen_is_hatched_and_told_in_the_review(page, scan):
+def test_what_was_not_seen_is_hatched_and_reported_in_the_review(page, scan):
     coverage = page.coverage.copy()
     coverage[:30, :40] = CoverageClass.OCCLUDED
     coverage[40:, 60:] = CoverageClass.INPAINTED

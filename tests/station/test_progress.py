@@ -12,7 +12,7 @@ import numba
 from station.progress import progress_on, silent
 
 
-def test_silent_where_nobody_looks():
+def test_progress_is_silent_without_a_terminal():
     stream = io.StringIO()
     with progress_on(stream) as progress:
         assert progress is silent

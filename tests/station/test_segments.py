@@ -37,7 +37,7 @@ def test_a_segment_becomes_a_page_of_the_size_that_its_voxels_have(segment, tmp_
 
 
 @pytest.mark.parametrize("unit", ["7.91", "um", "0um", "7,91um", "-1mm", "1e5mm", "ft"])
-def test_what_is_no_unit_is_an_error_of_usage(segment, tmp_path, unit):
+def test_what_is_not_a_unit_is_an_error_of_usage(segment, tmp_path, unit):
     assert main(["restore", str(segment), "--unit", unit, "-o", str(tmp_path / "out")]) == 2
 
 

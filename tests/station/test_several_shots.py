@@ -40,13 +40,13 @@ def test_one_shot_is_joined_with_nothing(library, scanner, config_file, tmp_path
     assert joined == []
 
 
-def test_a_fault_after_the_shots_tells_how_to_restore_them_all(library, scanner, config_file, tmp_path, joined, capsys):
+def test_a_fault_after_the_shots_shows_how_to_restore_them_all(library, scanner, config_file, tmp_path, joined, capsys):
     library.fault = MemoryError()
     assert main(["scan", "--config", str(config_file), "-o", str(tmp_path / "out"), "--super-resolution", "4"]) == 1
     assert capsys.readouterr().err.count("--extra-scan") == 3
 
 
-def test_stored_shots_are_joined_and_told_of(library, scan, scan_file, tmp_path, joined):
+def test_stored_shots_are_joined_and_reported(library, scan, scan_file, tmp_path, joined):
     save_scan(scan, tmp_path / "other.scan")
     options = ["--extra-scan", str(tmp_path / "other.scan"), "--extra-scan", str(tmp_path / "other.scan")]
     assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), *options]) == 0

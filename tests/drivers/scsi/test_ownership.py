@@ -40,7 +40,7 @@ def program(code: str, node: Path) -> Iterator[subprocess.Popen[bytes]]:
 
 
 @pytest.mark.parametrize("code", [LOCK, SG])
-def test_a_second_program_is_refused_and_told_who_holds_the_device(node: Path, code: str) -> None:
+def test_a_second_program_is_refused_by_the_name_of_the_holder(node: Path, code: str) -> None:
     with program(code, node) as other:
         for attempt in (open_locked, SgDevice):
             with pytest.raises(TransportError, match=f"process {other.pid} .*python") as caught:

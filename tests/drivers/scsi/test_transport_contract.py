@@ -118,7 +118,7 @@ class TransportContract:
 
         self.carry_out(device, check)
 
-    def test_busy_is_told_as_busy(self, device):
+    def test_busy_is_reported_as_busy(self, device):
         def check(transport: Transport) -> None:
             assert transport.execute(bytes([device.BE_BUSY, 0, 0, 0, 0, 0])) == Reply(BUSY)
             assert transport.execute(bytes([device.BE_BUSY, 0, 0, 0, 0, 0]), b"", 36) == Reply(BUSY)

@@ -70,7 +70,7 @@ def test_after_every_fault_the_next_command_works(connect, device, fault, name):
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_whatever_happens_in_autosense_is_told(connect, device, fault):
+def test_every_fault_in_autosense_is_reported(connect, device, fault):
     transport = connect(SimulatedBridge(device, faults={1: fault}))
     try:
         reply = transport.execute(bytes([device.FAIL, 0, Key.HARDWARE_ERROR, 0x44, 0, 0]))
@@ -193,7 +193,7 @@ def test_other_bridges_take_it_as_they_want_it(connect, device):
     assert plain.device.wrappers[0].lun == 0
 
 
-def test_nobody_at_a_scsi_id_is_told_and_disturbs_nothing(connect, device):
+def test_an_empty_scsi_id_is_reported_and_disturbs_nothing(connect, device):
     bridge = SimulatedBridge(device, numbers=USB2XCHANGE)
     transport = connect(bridge, target=3)
     for _ in range(2):
@@ -202,7 +202,7 @@ def test_nobody_at_a_scsi_id_is_told_and_disturbs_nothing(connect, device):
     assert bridge.log == ["open", "claim", "mass storage reset"]  # the one at the start
 
 
-def test_nobody_behind_a_microtech_gives_no_data(connect, device):
+def test_an_empty_microtech_bridge_gives_no_data(connect, device):
     reply = connect(SimulatedBridge(device), target=3).execute(*device.reading(36))
     assert reply == Reply(CHECK_CONDITION)
 
@@ -219,7 +219,7 @@ def test_a_bridge_without_firmware_says_so(connect, device):
         connect(SimulatedBridge(device, numbers=USB2XCHANGE_ASLEEP))
 
 
-def test_a_device_without_bulk_pipes_is_no_bridge(connect, device, monkeypatch):
+def test_a_device_without_bulk_pipes_is_not_a_bridge(connect, device, monkeypatch):
     bridge = SimulatedBridge(device, numbers=UNKNOWN)
     descriptor = bridge.get_endpoint_descriptor
 
@@ -251,7 +251,7 @@ def test_the_time_is_for_the_whole_command(connect, device, monkeypatch):
     assert limits == [350, 100, 1]
 
 
-def test_no_libusb_is_told(monkeypatch):
+def test_missing_libusb_is_reported(monkeypatch):
     monkeypatch.setattr(usb_transport.libusb_package, "get_libusb1_backend", lambda: None)
     with pytest.raises(TransportError, match="libusb"):
         usb_transport.load_backend()

@@ -90,7 +90,7 @@ def test_standard_commands_and_sense_data_come_through(port: int) -> None:
         transport.execute(bytes(6))
 
 
-def test_nobody_listening_is_told_of() -> None:
+def test_a_refused_connection_is_reported() -> None:
     with listen() as taken:
         free = taken.getsockname()[1]
     with pytest.raises(TransportError, match="no server listens"):
@@ -98,7 +98,7 @@ def test_nobody_listening_is_told_of() -> None:
 
 
 @pytest.mark.parametrize("answer", ["", "00 00", "ff ff ff ff", "00 00 00 01 00", "00 00 00 02 02 09"])
-def test_an_answer_that_is_none_ends_the_connection(answer: str) -> None:
+def test_an_invalid_answer_ends_the_connection(answer: str) -> None:
     with listen() as listener:
         transport = TcpDevice("127.0.0.1", listener.getsockname()[1])
         end, _ = listener.accept()
@@ -171,7 +171,7 @@ def test_a_worker_that_is_ended_in_the_middle_of_a_shot(
     assert {path.name for path in (tmp_path / "out").glob("*")} <= left_behind
 
 
-def test_a_configuration_that_is_none_is_told_of(
+def test_an_invalid_configuration_is_reported(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["drivers.simulated", "none.toml"])

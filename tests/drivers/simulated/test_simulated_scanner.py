@@ -99,7 +99,7 @@ def test_every_sheet_and_artwork_can_be_asked_for_by_name(sheet: str, artwork: s
 
 
 @pytest.mark.slow
-def test_provenance_tells_all_and_is_json(plain: Shots) -> None:
+def test_provenance_is_complete_and_json(plain: Shots) -> None:
     noted = plain.scans[0].provenance
     assert json.loads(json.dumps(dict(noted))) == noted
     assert noted["time"] == NOON.isoformat()
@@ -119,7 +119,7 @@ def test_the_truth_about_its_shots_is_known(plain: Shots, truth: Truth) -> None:
     assert np.nanmax(np.abs(plain.scans[0].points - truth.points)) < 20
 
 
-def test_progress_is_told(plain: Shots) -> None:
+def test_progress_is_reported(plain: Shots) -> None:
     assert [step for step, done in plain.progress if done == 1.0] == ["focus", "scan"]
     assert all(0 <= done <= 1 for _, done in plain.progress)
 
@@ -200,7 +200,7 @@ def z_noise(scan: RangeScan, truth: Truth) -> float:
     return float(high - low) / 1.349  # of a normal distribution
 
 
-def test_the_station_configuration_that_comes_along_runs_the_real_driver(repository: Path) -> None:
+def test_the_station_configuration_that_is_bundled_runs_the_real_driver(repository: Path) -> None:
     config = tomllib.loads((repository / "configs" / "simulated.toml").read_text("utf-8"))
     with open_scanner({**config["scanner"], "scene": {"sheet": "flat", "artwork": "white"}}) as scanner:
         assert isinstance(scanner, Vivid900)
@@ -230,10 +230,10 @@ def test_a_body_hides_its_geometry_from_the_driver(tmp_path: Path) -> None:
     hidden = replace(nominal(LENSES["MIDDLE"]), baseline_mm=255.0)
     path.write_text(encode_calibration(hidden), "utf-8")
     flat = {"sheet": "flat", "artwork": "white"}
-    with connect(small(body=str(path), scene=flat)) as told_nothing:
-        wrong = told_nothing.capture(FAST)
-    with connect(small(body=str(path), calibration=str(path), scene=flat)) as told_all:
-        right = told_all.capture(FAST)
+    with connect(small(body=str(path), scene=flat)) as not_reported:
+        wrong = not_reported.capture(FAST)
+    with connect(small(body=str(path), calibration=str(path), scene=flat)) as reported_all:
+        right = reported_all.capture(FAST)
     assert wrong.provenance["calibration"]["baseline_mm"] == 250.0
     assert np.nanmedian(right.points[..., 2]) == pytest.approx(-921.5, abs=0.1)
     assert np.nanmedian(wrong.points[..., 2]) == pytest.approx(-921.5 * 250 / 255, rel=2e-3)
@@ -281,7 +281,7 @@ def test_captures_of_a_page_that_was_touched_are_joined_to_a_finer_one(touched: 
 
 
 @pytest.mark.slow
-def test_nobody_touches_what_lies_on_a_rotary_stage() -> None:
+def test_a_page_on_a_turntable_is_never_touched() -> None:
     with connect_turntable(printed(nudge_px=5.0), "MMC-2") as (scanner, _):
         first, second = (scanner.capture(FAST) for _ in range(2))
     assert np.abs(moved(first, second)).max() < PLACE_PX

@@ -111,7 +111,7 @@ class TestEveryController:
             stage.start()
             assert stage.turn_to(90.0) == pytest.approx(90.0, abs=ROUND_OFF_DEG)
 
-    def test_unplugged_at_rest_the_next_turn_and_the_way_out_tell(self, model: str) -> None:
+    def test_a_turntable_unplugged_at_rest_is_reported_by_the_next_turn_and_at_exit(self, model: str) -> None:
         with pytest.raises(TransportError, match="broke"), connected(model) as (stage, fake):
             stage.start()
             fake.unplug()

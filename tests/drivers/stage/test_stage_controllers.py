@@ -93,7 +93,7 @@ def test_an_echo_may_come_before_the_first_answer_of_the_zeta() -> None:
     assert answer.complete
 
 
-def test_noise_without_end_is_no_controller() -> None:
+def test_noise_without_end_is_not_a_controller() -> None:
     answer = Answer(initialise(CONTROLLERS["ZETA6104"]))
     with pytest.raises(DeviceError, match="without end"):
         answer.feed(b"\x00" * (MAX_PREAMBLE + 1))

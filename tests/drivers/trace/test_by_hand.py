@@ -184,7 +184,7 @@ def test_damaged_options_are_a_declared_error(code, value, tmp_path):
         assert refused.hint
 
 
-def test_a_queue_is_no_capture(tmp_path):
+def test_a_queue_is_not_a_capture(tmp_path):
     os.mkfifo(tmp_path / "queue.pcapng")
     with pytest.raises(CaptureError, match="not a file"):
         list(read_transfers(tmp_path / "queue.pcapng"))

@@ -74,7 +74,7 @@ def test_the_packing_of_a_range_image_is_found(pixel, layout, order):
     assert found.table.get("fraction_bits", 12) == 12
 
 
-def test_noise_is_no_range_image():
+def test_noise_is_not_a_range_image():
     data = np.random.default_rng(4).bytes(240 * 320 * 9)
     assert pitch_packing(Group((said(READ, data),))) is None
     assert pitch_packing(Group((said(READ, data[:5000]),))) is None

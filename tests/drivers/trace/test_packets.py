@@ -45,7 +45,7 @@ def test_data_from_the_device_comes_with_the_completion():
     assert usbmon_transfer(came, header=64, order="<") == Transfer((1, 5), True, b"USBS", 4)
 
 
-def test_a_capture_that_kept_only_the_beginning_still_tells_the_length():
+def test_a_capture_that_kept_only_the_beginning_still_shows_the_length():
     cut = usbmon(event=b"C", endpoint=0x81, status=0, data=b"head", length=32768)
     assert usbmon_transfer(cut, header=64, order="<") == Transfer((1, 5), True, b"head", 32768)
 
@@ -59,7 +59,7 @@ def test_a_halted_pipe_is_a_failure(endpoint, inward):
 
 
 @pytest.mark.parametrize("kind", (0, 1, 2))
-def test_what_is_no_bulk_transfer_is_passed_over(kind):
+def test_what_is_not_a_bulk_transfer_is_passed_over(kind):
     assert usbmon_transfer(usbmon(kind=kind), header=64, order="<") is None
     assert usbpcap_transfer(usbpcap(kind=kind)) is None
 

@@ -130,7 +130,7 @@ def test_blocks_in_pieces_are_put_together():
     assert (found.asked, found.moved, found.head) == (200, 200, data[:HEAD_LENGTH])
 
 
-def test_a_residue_is_no_data():
+def test_a_residue_is_not_counted_as_data():
     wrapper = CommandWrapper(1, 100, True, 0, bytes(6))
     (found,) = read_exchanges(said(wrapper, [bytes(100)], StatusWrapper(1, 60, 0)))
     assert (found.moved, found.head) == (40, bytes(40))
@@ -155,7 +155,7 @@ def test_data_that_looks_like_another_commands_status_is_data():
     assert found.head == inner
 
 
-def test_commands_without_an_end_are_told_as_such():
+def test_commands_without_an_end_are_reported_as_such():
     cut = reading(1, [b"data"])[:-1]
     found = read_exchanges([*cut, *reading(2, [b"more"]), *reading(3, [b"last"])[:1]])
     assert [exchange.outcome for exchange in found] == ["unanswered", "good", "unanswered"]
@@ -194,7 +194,7 @@ def test_a_capture_without_commands_says_so(tmp_path):
         (bytes.fromhex("0a0d0d0a"), "damaged|no USB"),
     ],
 )
-def test_files_that_are_no_captures(tmp_path, content, message):
+def test_files_that_are_not_captures(tmp_path, content, message):
     path = tmp_path / "file.pcapng"
     path.write_bytes(content)
     with pytest.raises(CaptureError, match=message) as caught:

@@ -102,7 +102,7 @@ def test_a_scanner_is_asked_and_nothing_else_is(host):
 @pytest.mark.parametrize(
     "name_filter", [NameFilter("minolta", "vivid"), NameFilter("", "900"), NameFilter("KONICA", "VI-9")]
 )
-def test_what_a_scanner_is_called_can_be_told(host, name_filter):
+def test_the_name_of_a_scanner_is_shown(host, name_filter):
     add_node(host, "sg0", Identity(3, "Konica Minolta"[:6], "VI-900", "1"))
     add_node(host, "sg1", VIVID)
     found = find_scsi(replace(host, open_sg=lambda node: over(Scanner())), name_filter)
@@ -128,7 +128,7 @@ def test_a_scanner_that_does_not_answer_is_still_listed(host):
     assert "did not answer" in found.problem
 
 
-def test_a_node_that_vanishes_while_it_is_read_is_no_fault(host):
+def test_a_node_that_vanishes_while_it_is_read_is_not_a_fault(host):
     (host.scsi_generic / "sg0").mkdir(parents=True)
     (found,) = find_scsi(host, NameFilter())
     assert not found.is_scanner
@@ -159,15 +159,15 @@ def test_behind_bridges_every_scsi_id_but_the_bridges_own_is_asked(host, numbers
     assert bridge.log[-1] == "close"
 
 
-def test_bridges_that_sleep_are_passed_over_and_those_that_may_not_be_used_are_told(host):
+def test_sleeping_bridges_are_skipped_and_forbidden_ones_reported(host):
     asleep = SimulatedBridge(Scanner(), numbers=(0x03F3, 0x2002))
     gone = SimulatedBridge(Scanner())
     devices = [usb.core.find(backend=asleep), usb.core.find(backend=gone)]
     gone.unplug()
-    (told,) = probe_bridges(replace(host, usb_devices=lambda: devices), NameFilter())
-    assert not told.is_scanner
-    assert "cannot open the bridge" in told.problem
-    assert told.hint
+    (reported,) = probe_bridges(replace(host, usb_devices=lambda: devices), NameFilter())
+    assert not reported.is_scanner
+    assert "cannot open the bridge" in reported.problem
+    assert reported.hint
 
 
 def test_a_scsi_id_without_an_answer_takes_little_time(host):
@@ -196,7 +196,7 @@ def test_serial_ports(host):
     ]
 
 
-def test_the_bus_can_be_searched_anew(host):
+def test_the_bus_can_be_searched_again(host):
     for number in (0, 1):
         card = host.sys / f"class/scsi_host/host{number}"
         card.mkdir(parents=True)
@@ -205,7 +205,7 @@ def test_the_bus_can_be_searched_anew(host):
     assert (host.sys / "class/scsi_host/host1/scan").read_text() == "- - -"
 
 
-def test_who_may_not_search_it_anew_is_told_who_may(host):
+def test_a_user_without_permission_to_rescan_is_shown_who_has_it(host):
     (host.sys / "class/scsi_host/host0/scan").mkdir(parents=True)  # a folder refuses to be written, root or not
     with pytest.raises(TransportError) as caught:
         rescan(host)

@@ -78,15 +78,15 @@ def test_a_scanner_that_chooses_by_itself(path, make_stand) -> None:
 
 
 @pytest.mark.parametrize("path", VARIANTS, ids=lambda path: path.stem)
-def test_the_laser_barrier_and_the_panel_are_told(path, make_stand) -> None:
+def test_the_laser_barrier_and_the_panel_are_reported(path, make_stand) -> None:
     stand = make_stand(profile=large(path))
     with stand.camera() as camera:
         stand.device.barrier = True
         with pytest.raises(BarrierClosed):
             camera.capture(SET)
         stand.device.barrier, stand.device.fails = False, "LIGHT IMPROPER"
-        told = "panel" in stand.profile.blocks.status.fields or "LIGHT IMPROPER" in stand.profile.sense.values()
-        with pytest.raises(PanelError if told else HardwareFault):
+        reported = "panel" in stand.profile.blocks.status.fields or "LIGHT IMPROPER" in stand.profile.sense.values()
+        with pytest.raises(PanelError if reported else HardwareFault):
             camera.capture(SET)
         assert camera.capture(SET).measured.all()
     assert stand.device.is_parked
@@ -108,7 +108,7 @@ def test_a_scanner_that_stays_busy_without_a_status_command(make_stand) -> None:
         stand.device._busy_until = stand.clock()
 
 
-def test_images_that_tell_their_shot_are_compared_even_without_a_status(make_stand) -> None:
+def test_images_with_a_shot_number_are_compared_even_without_a_status(make_stand) -> None:
     stand = make_stand(profile=large("variants/no-status"))
     with stand.camera() as camera:
         camera.capture(SET)

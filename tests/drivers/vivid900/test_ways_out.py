@@ -118,5 +118,5 @@ def test_a_process_killed_in_the_middle_of_a_shot(served: ServedDevice) -> None:
     assert set_to[-3:] == [f"laser power {POWER}", "laser power 0", "laser power 0"]  # at the start and on closing
 
 
-def test_a_process_that_was_not_killed_is_told_from_one_that_was(served: ServedDevice) -> None:
+def test_a_process_that_was_not_killed_is_distinguished_from_one_that_was(served: ServedDevice) -> None:
     assert real_kill_violation(served, never) == "not killed"

@@ -36,7 +36,7 @@ def test_a_pixel_shows_the_place_of_the_page_that_projects_to_it(taken):
         np.testing.assert_allclose(points, taken.scene.surface(places), atol=EXACT_MM)
 
 
-def test_the_table_is_no_place_of_the_page(taken):
+def test_the_table_is_not_a_place_of_the_page(taken):
     flat, points = taken.truth_at(0, np.array([[2.0, 2.0]]))
     assert np.isnan(flat).all()
     assert np.isnan(points).all()
@@ -71,7 +71,7 @@ def test_a_set_repeats_from_its_seed():
     assert (sets[0].images[0] != sets[2].images[0]).any()
 
 
-def test_files_tell_the_focal_length(taken, tmp_path):
+def test_the_focal_length_is_read_from_files(taken, tmp_path):
     paths = taken.save(tmp_path)
     assert [path.name for path in paths] == ["IMG_0001.jpg", "IMG_0002.jpg", "IMG_0003.jpg"]
     with Image.open(paths[0]) as picture:

@@ -53,7 +53,7 @@ def test_a_moved_spine_moves_both_leaves():
         assert parts[part].report["page_mm"][0] == pytest.approx(width + OVERLAP_MM, abs=ERROR_MM)
 
 
-def test_what_a_hand_removes_is_blank_and_told():
+def test_what_a_hand_removes_is_blank_and_reported():
     mask = {"what": "remove", "polygon": tuple(map(tuple, box_px(20.0, 20.0, 60.0, 60.0)))}
     (page,) = corrected(layout="whole", parts={"page": {"masks": (mask,)}}).values()
     erased = page.report["coverage"]["erased"]

@@ -151,7 +151,7 @@ def test_a_field_is_dropped_from_the_parts_that_are_named(table: Table) -> None:
 @pytest.mark.parametrize(
     "part", [{"size_mm": [0.001, 9]}, {"crop": {"mode": "box", "box": [5, 5, 5.001, 9]}}, {"masks": []}]
 )
-def test_corrections_that_round_to_nothing_are_no_corrections(part: Table) -> None:
+def test_corrections_that_round_to_nothing_are_not_corrections(part: Table) -> None:
     model = edits_of({"parts": {"page": part}})
     if "masks" in part:
         model.check()

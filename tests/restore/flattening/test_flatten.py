@@ -208,23 +208,23 @@ def test_vertices_without_a_face_do_no_harm(warped):
     assert page.error(flatten(stray, lengths=page.lengths).flat[:-1]) < TRUE_MM
 
 
-def test_on_step_is_told_every_step_of_every_piece_as_the_sheet_sinks(warped):
+def test_on_step_gets_every_step_of_every_piece_as_the_sheet_sinks(warped):
     page = warped("curl", count=100)
     count = len(page.flat)
     mesh = SurfaceMesh(
         np.vstack([page.mesh.vertices, page.mesh.vertices + [300, 0, 0]]),
         np.vstack([page.mesh.faces, page.mesh.faces + count]),
     )
-    told = []
-    flat = flatten(mesh, "sticks", on_step=lambda *step: told.append(step))
-    numbers = [step for step, _, _ in told]
+    reported = []
+    flat = flatten(mesh, "sticks", on_step=lambda *step: reported.append(step))
+    numbers = [step for step, _, _ in reported]
     assert numbers == [*range(1, flat.iterations + 1)] * 2
-    heights = [positions[:count, 2].max() for _, positions, _ in told[: flat.iterations]]
+    heights = [positions[:count, 2].max() for _, positions, _ in reported[: flat.iterations]]
     assert heights[-1] < 0.05 * heights[0]
-    for _, positions, faces in told:
+    for _, positions, faces in reported:
         assert positions.shape == mesh.vertices.shape
         np.testing.assert_array_equal(faces, mesh.faces)
-    assert not np.shares_memory(told[0][1], told[1][1])  # each step may be kept
+    assert not np.shares_memory(reported[0][1], reported[1][1])  # each step may be kept
 
 
 SQUARE = np.array([[0, 0, -900], [10, 0, -900], [0, 10, -900], [10, 10, -900]], float)

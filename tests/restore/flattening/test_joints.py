@@ -20,9 +20,9 @@ def hourglass(warped):
     page = warped("curl", count=600)
     cut = page.flat[np.argmin(np.linalg.norm(page.flat - [20.0, 0.0], axis=1)), 0]
     across = page.flat[page.mesh.faces][..., 0]
-    beside = (across.min(axis=1) >= cut) | (across.max(axis=1) <= cut)
-    vertices, faces = compact(page.mesh.vertices, page.mesh.faces[beside])
-    flat, _ = compact(page.flat, page.mesh.faces[beside])
+    adjacent = (across.min(axis=1) >= cut) | (across.max(axis=1) <= cut)
+    vertices, faces = compact(page.mesh.vertices, page.mesh.faces[adjacent])
+    flat, _ = compact(page.flat, page.mesh.faces[adjacent])
     return flat, SurfaceMesh(vertices, faces)
 
 

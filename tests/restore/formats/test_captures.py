@@ -67,7 +67,7 @@ def test_names_are_sorted_as_people_number_them(tmp_path):
     assert [path.name for path in ordered] == ["Capture_1.png", "capture_2.png", "capture_02b.png", "capture_10.png"]
 
 
-def test_a_missing_picture_is_told_before_any_is_read(folder):
+def test_a_missing_picture_is_reported_before_any_is_read(folder):
     (folder / "capture_7.png").unlink()
     (folder / "capture_8.png").write_bytes(b"no picture")
     with pytest.raises(BadInput, match=r"holds 31 images.*are 32"):

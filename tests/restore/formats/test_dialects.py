@@ -61,7 +61,7 @@ def test_several_material_files_stand_on_one_line(obj):
     assert mesh.texture is not None
 
 
-def test_a_missing_material_file_is_said_and_the_picture_beside_taken(obj):
+def test_a_missing_material_file_is_reported_and_the_nearby_picture_taken(obj):
     relief = obj("mtllib gone.mtl\nusemtl page\n")
     assert relief.texture is None
     assert "'gone.mtl' is missing" in said(relief)
@@ -175,7 +175,7 @@ def test_colours_of_faces_paint_the_page(tmp_path):
 
 
 @pytest.mark.parametrize(("used", "holes"), [(False, False), (True, True)])
-def test_vertices_that_are_no_numbers_are_left_out(obj, used, holes):
+def test_vertices_that_are_not_numbers_are_left_out(obj, used, holes):
     faces = FACES + ("f 5/1 2/2 3/3\n" if used else "")
     mesh = obj("", VERTICES + "v nan nan nan\n" + COORDINATES, faces)
     assert len(mesh.vertices) == 4
@@ -227,7 +227,7 @@ SPECULAR = "KHR_materials_pbrSpecularGlossiness"
     ],
 )
 @pytest.mark.parametrize("place", ["data", "beside"])
-def test_a_picture_lies_in_the_header_or_beside(tmp_path, material, used, place):
+def test_a_picture_is_in_the_header_or_in_a_file_of_its_own(tmp_path, material, used, place):
     (tmp_path / "tex dir").mkdir()
     (tmp_path / "tex dir" / "p.png").write_bytes(picture())
     data = "data:image/png;base64," + base64.b64encode(picture()).decode()

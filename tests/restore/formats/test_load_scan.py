@@ -17,14 +17,14 @@ HALF_DIGIT_MM = 0.00501  # VRML has two decimals, all others more
 PLACE_PX = 0.05  # where two decimals leave a sample in the picture, twice over
 
 
-def test_an_unknown_kind_is_told_the_known_ones(tmp_path):
+def test_an_unknown_kind_is_refused_with_the_known_ones(tmp_path):
     (tmp_path / "scan.cdm").write_bytes(b"x")
     with pytest.raises(BadInput, match=r"scan\.cdm") as caught:
         load_scan(tmp_path / "scan.cdm")
     assert all(extension in caught.value.hint for extension in READERS)
 
 
-def test_what_is_no_regular_file_is_told(tmp_path):
+def test_what_is_not_a_regular_file_is_reported(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(BadInput, match="pipe is not a regular file"):
         load_scan(tmp_path / "pipe")
@@ -50,7 +50,7 @@ def test_capital_letters_are_as_good(shot, tmp_path):
     assert load_scan(str(tmp_path / "SCAN.ABS.GZ")).measured.any()
 
 
-def test_a_pipe_is_no_scan_and_does_not_block(tmp_path):
+def test_a_pipe_is_not_a_scan_and_does_not_block(tmp_path):
     os.mkfifo(tmp_path / "scan.abs")
     with pytest.raises(BadInput, match="not a regular file"):
         load_scan(tmp_path / "scan.abs")

@@ -255,7 +255,7 @@ def test_any_bytes_give_arrays_that_fit_or_one_error(data):
     assert not len(text.uvs) or text.uvs.max() < len(text.uv)
 
 
-def test_a_last_face_that_is_cut_is_told(written):
+def test_a_last_face_that_is_cut_is_reported(written):
     with pytest.raises(BadInput, match="seems cut short: its last face is not complete"):
         load_scan(written(SQUARE + FACE + "f 1/1 4/4"))
     assert len(load_scan(written(SQUARE + FACE + "f 1/1 3/3 4/4")).faces) == 2  # some writers leave out the last end

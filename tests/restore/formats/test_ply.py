@@ -101,7 +101,7 @@ def test_colours_of_a_shot_become_its_picture(mesh, tmp_path):
     assert [order[tuple(p)] for p in scan.points[seen]] == scan.texture[seen].tolist()
 
 
-def test_one_colour_of_all_vertices_is_no_picture(mesh, tmp_path):
+def test_one_colour_of_all_vertices_is_not_a_picture(mesh, tmp_path):
     sheet = mesh()
     moved = SurfaceMesh(sheet.vertices + [60.0, 0, 300], sheet.faces)
     (tmp_path / "a.ply").write_text(with_colours(moved, np.full((len(sheet.vertices), 3), 200)))
@@ -152,7 +152,7 @@ def test_a_picture_that_cannot_be_had_is_named(mesh, tmp_path, name, fault):
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.999])
 @pytest.mark.parametrize("kind", ["text", "binary"])
-def test_a_cut_file_is_told(mesh, tmp_path, kind, share):
+def test_a_cut_file_is_reported(mesh, tmp_path, kind, share):
     path = tmp_path / "cut.ply"
     if kind == "text":
         path.write_text(with_colours(mesh(), np.zeros((len(mesh().vertices), 3), int)))

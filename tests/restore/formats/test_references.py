@@ -37,13 +37,13 @@ def test_an_obj_names_its_material_file_and_that_its_picture(folder, options):
 
 
 @pytest.mark.parametrize("picture", ["tex/page.png", "page.png"])
-def test_a_picture_lies_beside_the_mesh_or_beside_the_material_file(folder, picture):
+def test_a_picture_lies_next_to_the_mesh_or_next_to_the_material_file(folder, picture):
     (folder / picture).write_bytes(b"-")
     (folder / "tex" / "page.mtl").write_bytes(b"map_Kd page.png")
     assert picture in referred(folder, "a.obj", b"mtllib tex/page.mtl\n")
 
 
-def test_files_that_name_each_other_are_told_once(folder):
+def test_files_that_name_each_other_are_reported_once(folder):
     (folder / "page.mtl").write_bytes(b"map_Kd other picture.png\nmap_Kd a.obj\nmap_Kd page.mtl\n")
     assert referred(folder, "a.obj", b"mtllib page.mtl\nmtllib page.mtl\n") == ["page.mtl", "other picture.png"]
 

@@ -80,7 +80,7 @@ def test_what_would_not_be_read_back_is_not_saved(shot, tmp_path, change, fault)
     assert not (tmp_path / "a").exists()
 
 
-def test_a_saved_scan_is_not_overwritten_unless_told(shot, tmp_path):
+def test_a_saved_scan_is_not_overwritten_unless_asked(shot, tmp_path):
     save_scan(shot(seed=1), tmp_path / "a")
     with pytest.raises(BadInput, match="a holds a scan already"):
         save_scan(shot(seed=2), tmp_path / "a")
@@ -190,7 +190,7 @@ def test_a_damaged_index_is_named(shot, tmp_path, text, fault):
         load_scan(tmp_path)
 
 
-def test_a_folder_without_an_index_is_no_scan(tmp_path):
+def test_a_folder_without_an_index_is_not_a_scan(tmp_path):
     with pytest.raises(BadInput, match=r"is not a scan folder: it has no scan\.json"):
         load_scan(tmp_path)
 
@@ -237,7 +237,7 @@ def test_findings_are_stored_with_the_scan(shot, tmp_path):
 
 
 @pytest.mark.parametrize("findings", [[{"code": 3}], [{"code": "hidden", "severity": "grave", "text": "a"}], "none"])
-def test_findings_that_are_none_are_refused(shot, tmp_path, findings):
+def test_invalid_findings_are_refused(shot, tmp_path, findings):
     save_scan(shot(), tmp_path / "a")
     index = json.loads((tmp_path / "a" / "scan.json").read_text())
     (tmp_path / "a" / "scan.json").write_text(json.dumps(index | {"findings": findings}))

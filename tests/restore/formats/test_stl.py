@@ -25,7 +25,7 @@ def exported(mesh, tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["stl", "stl_ascii"])
-def test_triangles_come_back_on_their_grid_with_the_picture_beside(exported, shot, tmp_path, kind):
+def test_triangles_come_back_on_their_grid_with_their_picture(exported, shot, tmp_path, kind):
     path, scan = exported(kind, rows=24, cols=32), shot(24, 32)
     Image.fromarray(scan.texture).save(tmp_path / "page.png")
     back = load_scan(path)
@@ -43,14 +43,14 @@ def test_corners_at_one_place_become_one_vertex(exported, mesh):
 
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.6, 0.99])
 @pytest.mark.parametrize("kind", ["stl", "stl_ascii"])
-def test_a_cut_file_is_told(exported, kind, share):
+def test_a_cut_file_is_reported(exported, kind, share):
     path = exported(kind)
     path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
     with pytest.raises(BadInput, match=r"page\.stl seems cut short"):
         load_scan(path)
 
 
-def test_a_second_solid_that_is_cut_is_told(exported):
+def test_a_second_solid_that_is_cut_is_reported(exported):
     path = exported("stl_ascii")
     text = path.read_bytes()
     path.write_bytes(text + text[: len(text) // 2])
@@ -82,7 +82,7 @@ def test_nothing_is_said_of_it_but_the_error(exported, caplog, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_text_that_is_no_number_is_named(exported):
+def test_text_that_is_not_a_number_is_named(exported):
     path = exported("stl_ascii")
     path.write_text(path.read_text().replace("vertex -", "vertex minus", 1))
     with pytest.raises(BadInput, match=r"page\.stl: a vertex holds b'minus"):
@@ -115,7 +115,7 @@ def test_headers_of_other_programs_lose_no_triangle(exported, mesh, options, wor
     assert len(back.findings) == (words is not None) and all(words in one.text for one in back.findings)
 
 
-def test_normals_that_are_no_numbers_are_not_read(exported, mesh):
+def test_normals_that_are_not_numbers_are_not_read(exported, mesh):
     path = exported()
     triangles = np.frombuffer(path.read_bytes(), TRIANGLE, offset=84).copy()
     triangles["normal"] = np.nan

@@ -69,7 +69,7 @@ def test_a_mask_of_another_grid_is_not_used(folder):
     assert len(load_scan(folder).places) == ROWS * COLS
 
 
-def test_the_areas_tell_the_size_of_a_voxel(tmp_path):
+def test_the_areas_show_the_size_of_a_voxel(tmp_path):
     areas = {"area_vx2": 4.0e6, "area_cm2": 4.0e6 * 7.91**2 / 1e8}
     mesh = load_scan(written(tmp_path / "a", **areas))
     np.testing.assert_allclose(mesh.vertices, grid().reshape(-1, 3) * 7.91e-3, rtol=SINGLE)
@@ -103,7 +103,7 @@ def test_a_picture_lies_over_the_whole_grid(folder, tmp_path):
         load_scan(folder, tmp_path / "other.png")
 
 
-def test_a_folder_of_another_kind_is_none(tmp_path, folder):
+def test_a_folder_of_another_kind_is_refused(tmp_path, folder):
     assert is_tifxyz(folder)
     assert not is_tifxyz(tmp_path)
     (folder / "x.tif").unlink()

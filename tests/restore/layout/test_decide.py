@@ -46,7 +46,7 @@ def test_a_strip_is_known_by_the_leaves_of_the_volume():
     assert decide(BOOK, 0.0, (45.0, 150.0), BookPrior((150.0, 200.0))).advice == "right"
 
 
-def test_no_valley_is_no_spine():
+def test_without_a_valley_no_spine_is_found():
     assert decide(None, None, None, None).as_json()["spine"] is None
 
 

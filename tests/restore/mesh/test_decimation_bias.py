@@ -150,7 +150,7 @@ def test_faces_that_unfold_by_themselves_are_left_as_they_are(columns, rows, fol
     assert np.abs(rigid_residual(page.flat, flat)[0]).max() < PLEATED_MM
 
 
-def test_vertices_without_a_face_tell_nothing(sheet):
+def test_vertices_without_a_face_say_nothing(sheet):
     flat, faces = sheet
     noise = np.random.default_rng(4).normal(scale=NOISE_MM, size=len(flat))
     vertices = cylinder(flat, noise)

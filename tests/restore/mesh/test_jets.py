@@ -16,13 +16,13 @@ STILL = 1e-9  # mm: noise of a surface that has none
 NORMAL_RAD = 1e-4
 CURVATURE = 1e-4  # 1/mm, of 5.6e-3
 SLOPE = np.deg2rad(30.0)
-BESIDE_MM = 6.0  # two rings: beyond, no patch has neighbours on the other side of the crease
+ADJACENT_MM = 6.0  # two rings: beyond, no patch has neighbours on the other side of the crease
 ON_CREASE_MM = 0.1  # nearer, a vertex is of both sides
 ROUNDING = 1e-9
 PARITY = 1e-9
 NOISE_MM = 0.02
 # A patch of 6 terms through 19 vertices, of which it believes the far ones less, takes up a part of each one’s noise.
-NOISE_SHARE = (0.7, 1.0)
+NOISE_FRACTION = (0.7, 1.0)
 
 
 @pytest.fixture(scope="module")
@@ -55,15 +55,15 @@ def test_a_quadratic_surface_gets_its_normals_and_curvatures(plane):
         assert np.abs(true)[inner].min() > 3 * CURVATURE  # the measure would see it
 
 
-def test_beside_a_crease_a_patch_keeps_to_its_own_side(plane):
+def test_next_to_a_crease_a_patch_keeps_to_its_own_side(plane):
     flat, faces, edges = plane
     off = flat[:, 0] - 1.3
     found = fit(flat, np.tan(SLOPE) * np.abs(off), faces, edges)
     own = np.column_stack([-np.sign(off) * np.sin(SLOPE), 0 * off, np.full(len(off), np.cos(SLOPE))])
     angle = np.arccos(np.clip((found.normals * own).sum(axis=1), -1, 1))
-    assert angle[np.abs(off) > BESIDE_MM].max() < np.sqrt(ROUNDING)  # the arc cosine halves the digits
+    assert angle[np.abs(off) > ADJACENT_MM].max() < np.sqrt(ROUNDING)  # the arc cosine halves the digits
     # A mean of both sides would lean by up to 30°; nearly all vertices at the crease see one side alone.
-    assert np.mean(angle[np.abs(off) < BESIDE_MM] > SLOPE / 6) < 0.1
+    assert np.mean(angle[np.abs(off) < ADJACENT_MM] > SLOPE / 6) < 0.1
     assert angle[np.abs(off) > ON_CREASE_MM].max() < SLOPE / 2
 
 
@@ -71,7 +71,7 @@ def test_patches_pass_by_noisy_vertices_by_their_noise(plane):
     flat, faces, edges = plane
     noise = np.random.default_rng(1).normal(scale=NOISE_MM, size=len(flat))
     loose = fit(flat, noise, faces, edges, noise=1.0).offsets
-    assert NOISE_SHARE[0] < np.sqrt(np.mean(loose**2)) / NOISE_MM < NOISE_SHARE[1]
+    assert NOISE_FRACTION[0] < np.sqrt(np.mean(loose**2)) / NOISE_MM < NOISE_FRACTION[1]
     assert np.corrcoef(loose, noise)[0, 1] < -0.8  # from the vertex back to the plane
     tied = fit(flat, noise, faces, edges).offsets
     assert np.abs(tied).max() < STILL

@@ -164,7 +164,7 @@ def test_a_face_folded_over_in_space_has_a_negative_sign(warped, turn):
     assert (face_signs(vertices, faces) == -1).sum() == 1
 
 
-def test_what_is_known_of_signs_turns_the_normals_that_others_are_told_by(warped):
+def test_known_signs_orient_the_normals_of_others(warped):
     page = warped("curl", count=300)
     reversed_all_round = -np.ones(len(page.mesh.faces))
     signs = face_signs(page.mesh.vertices, page.mesh.faces, reversed_all_round)

@@ -22,7 +22,7 @@ def test_a_whole_cell_has_two_triangles_and_one_of_three_corners_one():
 
 @settings(max_examples=50, deadline=None)
 @given(arrays(bool, array_shapes(min_dims=2, max_dims=2, max_side=7), elements=st.booleans()))
-def test_every_cell_is_covered_once_the_right_way_round(valid):
+def test_every_cell_is_covered_once_with_its_orientation(valid):
     faces = grid_faces(valid)
     corners = np.zeros(np.maximum(np.array(valid.shape) - 1, 0), int)
     for down in (0, 1):

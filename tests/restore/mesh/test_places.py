@@ -10,7 +10,7 @@ def test_vertices_at_one_place_have_one_first():
     assert first_at_place(vertices).tolist() == [0, 0, 2, 0]
 
 
-def test_charts_at_one_place_are_told_apart_but_not_by_a_rounding_step():
+def test_charts_at_one_place_are_distinguished_but_not_by_a_rounding_step():
     texcoords = np.array([[10.4999, 3.0], [10.5001, 3.0], [90.0, 7.0], [90.3, 7.2], [40.0, 3.0]])
     place = np.array([0, 0, 0, 0, 4])
     assert first_in_chart(place, texcoords).tolist() == [0, 0, 2, 2, 4]

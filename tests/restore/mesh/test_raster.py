@@ -50,7 +50,7 @@ FAR = [np.inf, -np.inf, np.nan, 1e25, -1e25, 1e300, -1e300, 2 * FARTHEST, -2 * F
 @pytest.mark.parametrize("far", FAR)
 @pytest.mark.parametrize("corner", [0, 1, 2])
 @pytest.mark.parametrize("buffered", [False, True])
-def test_a_triangle_with_a_corner_farther_than_numbers_tell_is_not_shown_and_the_others_are(far, corner, buffered):
+def test_a_triangle_with_a_corner_beyond_all_numbers_is_hidden_and_the_others_shown(far, corner, buffered):
     corners = np.array([[4.5, 3.5], [44.5, 3.5], [4.5, 33.5], [4.5, 3.5], [44.5, 3.5], [4.5, 33.5]])
     inverse = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0]) if buffered else None
     faces = np.array([[0, 1, 2], [3, 4, 5]])

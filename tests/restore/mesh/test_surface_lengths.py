@@ -17,7 +17,7 @@ CREASE_MM = 1.3  # off the middle: through no vertex
 EXACT = 1e-12
 ARC = 0.05  # of the chords' error may remain on a cylinder; 0.01 measured
 OVER_CREASE = 0.25  # of the chords' error, rms of the edges over it; 0.17 measured: which side is which, patches guess
-BESIDE = 0.01  # rms of edges that lie on one side of it alone
+ADJACENT = 0.01  # rms of edges that lie on one side of it alone
 SPINE = np.deg2rad(70.0)
 SPINE_BEND_MM = 60.0  # radius of the pages beside it, which rise to it the steeper the nearer they are
 OVER_SPINE = 0.2  # of the chords' error, median of the edges over it; 0.1 measured
@@ -91,7 +91,7 @@ def test_over_a_fold_they_go_over_the_crease(patch):
     vertices = np.column_stack([off * np.cos(SLOPE), flat[:, 1], np.abs(off) * np.sin(SLOPE)])
     found, over = lengths_along(vertices, faces) / true - 1, off[edges].prod(axis=1) < 0
     assert rms(found[over]) < OVER_CREASE * rms(length(vertices, edges)[over] / true[over] - 1)
-    assert rms(found[~over]) < BESIDE
+    assert rms(found[~over]) < ADJACENT
 
 
 def test_over_a_spine_they_follow_the_pages_that_rise_to_it(patch):
@@ -116,7 +116,7 @@ def test_noise_does_not_inflate_them_as_it_does_the_chords(patch):
     assert 0 < np.mean(straight / true - 1) <= grown
 
 
-def test_a_surface_without_noise_is_told(patch):
+def test_a_surface_without_noise_is_reported(patch):
     flat, faces, edges, _ = patch
     vertices = np.column_stack([flat, 0.5 * flat[:, 0] ** 2 / RADIUS_MM])
     assert estimate_noise_sigma(vertices, rings_of(vertices, faces, edges)) < 0.1 * NOISE_MM
@@ -150,7 +150,7 @@ def growth(vertices, faces, edges, true):
 
 
 @pytest.mark.parametrize("bend", [0.0, 1.0 / RADIUS_MM], ids=["flat", "cylinder"])
-def test_grainy_vertices_are_smoothed_before_they_tell_lengths(dense, bend):
+def test_grainy_vertices_are_smoothed_before_lengths_are_measured(dense, bend):
     flat, faces, edges, true = dense
     noise = np.random.default_rng(1).normal(scale=NOISE_MM, size=len(flat))
     radius, turn = (1.0 / bend + noise, flat[:, 0] * bend) if bend else (noise, None)
@@ -161,7 +161,7 @@ def test_grainy_vertices_are_smoothed_before_they_tell_lengths(dense, bend):
     assert abs(found) < SMOOTHED * chords
 
 
-def test_what_lies_beside_a_crease_is_not_smoothed(patch):
+def test_what_lies_next_to_a_crease_is_not_smoothed(patch):
     flat, _, edges, _ = patch
     off = flat[:, 0] - CREASE_MM
     normals = np.column_stack([-np.sign(off) * np.sin(SLOPE), np.zeros(len(off)), np.full(len(off), np.cos(SLOPE))])
@@ -190,7 +190,7 @@ def steep_roll(noise_mm):
     return vertices, edges, patches(vertices, faces, edges)
 
 
-def test_steep_bends_are_no_creases_where_noise_is_worse_than_what_patches_leave_out():
+def test_steep_bends_are_not_creases_where_noise_is_worse_than_what_patches_leave_out():
     vertices, edges, jets = steep_roll(ROLL_NOISE_MM)
     steepest = module._steepest_bend(jets, edges)
     turned = module._turns(jets.normals, edges)

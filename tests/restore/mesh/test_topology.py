@@ -34,7 +34,7 @@ def test_faces_that_share_a_vertex_are_of_one_piece():
     assert Topology(np.array([[0, 1, 2], [3, 4, 5], [2, 6, 7]])).pieces.tolist() == [0, 1, 0]
 
 
-def test_a_ring_is_no_disc_and_a_strip_of_it_is_one():
+def test_a_ring_is_not_a_disc_and_a_strip_of_it_is_one():
     ring = np.array([[[i, (i + 1) % 4, 4 + i], [(i + 1) % 4, 4 + (i + 1) % 4, 4 + i]] for i in range(4)]).reshape(-1, 3)
     assert not Topology(ring).is_disc
     assert Topology(ring[:-2]).is_disc

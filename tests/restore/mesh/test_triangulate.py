@@ -99,7 +99,7 @@ def test_no_triangle_of_a_lattice_hangs_by_a_corner():
         assert by_edges.max() + 1 == connected_pieces(faces)
 
 
-def test_scraps_beside_a_sheet_are_left_out_and_a_large_part_is_not():
+def test_scraps_next_to_a_sheet_are_left_out_and_a_large_part_is_not():
     mask = np.zeros((130, 160), bool)
     mask[10:120, 10:100] = True
     mask[10:120, 114:136] = True

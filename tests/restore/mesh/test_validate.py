@@ -39,7 +39,7 @@ def test_a_face_that_runs_against_its_neighbour_is_turned_round():
     assert abs(np.sign(mesh.normals[:, 2]).sum()) == 2
 
 
-def test_replacing_the_vertices_makes_the_normals_anew():
+def test_replacing_the_vertices_recomputes_the_normals():
     mesh = replace(validated(SurfaceMesh(QUAD, TWO)), vertices=QUAD[:, [0, 2, 1]])
     assert isinstance(mesh, ValidMesh)
     np.testing.assert_array_equal(mesh.normals, face_normals(QUAD[:, [0, 2, 1]], TWO))
@@ -142,7 +142,7 @@ def test_other_types_of_numbers_become_the_declared_ones(kind):
         (QUAD, TWO.astype(float), None, BadInput, "whole numbers of vertices"),
     ],
 )
-def test_what_is_no_mesh_is_refused_with_the_reason(vertices, faces, texcoords, error, message):
+def test_what_is_not_a_mesh_is_refused_with_the_reason(vertices, faces, texcoords, error, message):
     with pytest.raises(error) as caught:
         validated(SurfaceMesh(vertices, faces, texcoords))
     assert message in f"{caught.value} {caught.value.hint}"

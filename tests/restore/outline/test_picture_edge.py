@@ -57,7 +57,7 @@ def test_nothing_is_seen_without_a_step(plane):
     assert found(plane, picture(plane.inside.shape, ROW + 0.3, table=PAPER - 5.0)) is None
 
 
-def test_nothing_is_seen_beside_print(plane):
+def test_nothing_is_seen_next_to_print(plane):
     texture = picture(plane.inside.shape, ROW + 0.3)
     texture[ROW - 3 : ROW - 1] = 30
     assert found(plane, texture) is None
@@ -77,7 +77,7 @@ def test_nothing_is_seen_where_all_have_one_texture_position(plane):
     assert found(plane, picture(plane.inside.shape, ROW + 0.3), spread=0.0) is None
 
 
-def test_nothing_is_seen_beside_no_crossing(plane):
+def test_without_a_crossing_nothing_is_seen(plane):
     none = Crossings(np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros((0, 2, 2)))
     texture = picture(plane.inside.shape, ROW + 0.3)
     scan = replace(plane.scan, texture=texture)

@@ -158,7 +158,7 @@ def test_the_size_of_a_page_is_the_distance_of_its_sides(width, height, shift):
 
 
 @pytest.mark.parametrize("height", [0.5, 1.9, 3.0])
-def test_on_a_strip_the_sides_are_told_apart(height):
+def test_on_a_strip_the_sides_are_distinguished(height):
     np.testing.assert_allclose(page_size(rectangle(width=500.0, height=height)), [500.0, height], atol=SIZE_MM)
 
 
@@ -182,7 +182,7 @@ def test_an_outline_of_three_points_has_a_size(degrees):
     assert min(page_size(60.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1))) > 0
 
 
-def test_pointed_corners_are_no_tips():
+def test_pointed_corners_are_not_tips():
     outline, _ = triangle()
     assert page_size(outline) == pytest.approx((280.0, 200.0), abs=SIDE_BAND_MM)
 

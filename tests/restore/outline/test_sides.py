@@ -17,10 +17,10 @@ from restore.range_image.facets.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints
 
 STRIDE = 4  # samples, as the fine mesh of a page
-LOST_SHARE = 0.08  # of the samples on the border
+LOST_FRACTION = 0.08  # of the samples on the border
 # Samples: an outline midway between samples is off by half of one at most, evenly spread; a line through fifty points
 # of it by 0.29 / √50, four times that at worst; and lost samples draw it in by their share of a sample.
-SIDE_SAMPLES = 0.16 + LOST_SHARE
+SIDE_SAMPLES = 0.16 + LOST_FRACTION
 PAGES = 100
 MEAN_SAMPLES = 0.02  # of sides of 100 samples four standard errors are 4 · 0.29 / √(100 · 100); 0.04 by vertices
 EACH_SAMPLES = 0.012  # rms; the crossings in the mean tell it to 0.018
@@ -66,7 +66,7 @@ def rectangle(camera, left=LEFT, top=TOP, right=RIGHT, bottom=BOTTOM):
 def gnawed(inside, seed=0):
     """The mask without some samples on its border, as a scanner loses them."""
     ring = inside & ~(np.roll(inside, 1, 0) & np.roll(inside, -1, 0) & np.roll(inside, 1, 1) & np.roll(inside, -1, 1))
-    return inside & ~(ring & (np.random.default_rng(seed).random(inside.shape) < LOST_SHARE))
+    return inside & ~(ring & (np.random.default_rng(seed).random(inside.shape) < LOST_FRACTION))
 
 
 sides = st.tuples(st.floats(12, 16), st.floats(10, 14), st.floats(180, 186), st.floats(142, 148))
@@ -145,7 +145,7 @@ def test_a_page_cut_out_of_a_mesh_ends_with_it_where_its_picture_shows_no_edge(c
     np.testing.assert_array_equal(shown.straight().box, page.straight().box)
 
 
-def test_the_end_of_an_atlas_is_no_edge_of_paper(camera):
+def test_the_end_of_an_atlas_is_not_an_edge_of_paper(camera):
     """An atlas is padded beyond its mesh, here by 0.8 pixels, and the rest of it is empty."""
     page = cut(camera, rectangle(camera))
     box = np.array([LEFT, TOP, RIGHT, BOTTOM]) + [-0.8, -0.8, 0.8, 0.8]

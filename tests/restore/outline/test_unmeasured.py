@@ -50,11 +50,11 @@ def test_a_strip_without_range_is_found(seen, table):
     assert seen(LOST, table=table) == pytest.approx(90 / BORDER, abs=CORNERS)
 
 
-def test_what_lies_beyond_and_was_measured_is_no_paper(seen):
+def test_measured_samples_beyond_the_outline_are_not_paper(seen):
     assert seen(LOST, measured=True) == 0.0
 
 
-def test_print_at_the_border_is_no_end_of_the_paper(seen):
+def test_print_at_the_border_is_not_the_end_of_the_paper(seen):
     assert seen(0, band=slice(COLS.start + 3, COLS.start + 6)) == 0.0
 
 

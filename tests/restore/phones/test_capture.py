@@ -87,7 +87,7 @@ def test_the_page_is_cut_out_and_painted_true_to_scale(folder, program, taken):
     assert np.sqrt((error**2).sum(axis=1).mean()) < LAYOUT_MM
 
 
-def test_a_folder_of_something_else_is_no_capture(tmp_path):
+def test_a_folder_of_something_else_is_not_a_capture(tmp_path):
     assert not is_phone_capture(tmp_path)
     assert not is_phone_capture(tmp_path / "gone")
     with pytest.raises(BadInput, match=r"scan\.json"):
@@ -106,7 +106,7 @@ def test_a_damaged_camera_is_named(folder, text):
         load_capture(folder)
 
 
-def test_a_pose_that_is_no_motion_is_refused(folder):
+def test_a_pose_that_is_not_a_motion_is_refused(folder):
     path = one_camera(folder)
     fields = json.loads(path.read_text())
     if "t_00" in fields:
@@ -157,7 +157,7 @@ def test_the_command_restores_a_folder(tmp_path, taken, mesh, capsys):
 
 
 @pytest.mark.parametrize(("name", "word"), [("a.r3d", "Record3D"), ("a.usdz", "GLB"), ("a.zip", "unpack")])
-def test_what_is_not_read_is_told_with_the_way_round_it(tmp_path, name, word):
+def test_unsupported_input_is_reported_with_a_workaround(tmp_path, name, word):
     (tmp_path / name).write_bytes(b"PK")
     with pytest.raises(BadInput) as fault:
         load_scan(tmp_path / name)

@@ -90,7 +90,7 @@ def test_print_is_that_of_the_views_that_resolve_it_where_three_do():
     assert np.sqrt((off**2).mean()) < 3 * NOISE
 
 
-def test_photographs_that_show_nothing_of_the_scan_are_no_witnesses():
+def test_photographs_that_show_nothing_of_the_scan_do_not_count():
     shown, left = views(), np.arange(SHAPE[1]) < 60
     scanned = view(shown[0].light, good=np.broadcast_to(left, SHAPE))
     beyond = [view(one.light, good=np.broadcast_to(~left, SHAPE)) for one in shown]

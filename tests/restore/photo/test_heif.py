@@ -21,11 +21,11 @@ PICTURE = Path(__file__).with_name("turned.heic")
         (b"", False),
     ],
 )
-def test_a_still_picture_is_told_from_other_files(head, still):
+def test_a_still_picture_is_distinguished_from_other_files(head, still):
     assert is_heif(head) is still
 
 
-def test_size_and_pixels_are_upright_and_the_tag_is_told():
+def test_size_and_pixels_are_upright_and_the_tag_is_reported():
     pytest.importorskip("pi_heif")
     data = PICTURE.read_bytes()
     assert is_heif(data[:12])

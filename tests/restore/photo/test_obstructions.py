@@ -157,7 +157,7 @@ def test_a_grey_thing_over_blank_paper_is_covered_within_its_outline():
     assert_found(found_in(photographed(seen), printed(), everywhere(), everywhere()), hidden)
 
 
-def test_a_fleck_of_less_than_a_millimetre_is_no_cover():
+def test_a_fleck_of_less_than_a_millimetre_is_not_a_cover():
     seen = printed()
     seen[120, 100] *= 0.5
     assert not found_in(photographed(seen), printed(), everywhere(), everywhere()).any()

@@ -185,7 +185,7 @@ def test_what_lies_on_the_photograph_that_is_the_texture_is_not_painted_and_is_s
     assert [report["obstructed_mm2"] for report in reports[1:]] == [0.0, 0.0, 0.0]
 
 
-def test_restore_counts_photographs_as_they_were_given_and_tells_why_one_is_refused(text):
+def test_restore_counts_photographs_as_they_were_given_and_explains_a_refusal(text):
     photos = [np.zeros((300, 400, 3), np.uint8), Photograph(text.photograph(), "window.jpg")]
     page = restore(text.scan, Settings(dpi=DPI), photos=photos)
     assert set(np.unique(page.page_source)) <= {0, 2, NOWHERE}

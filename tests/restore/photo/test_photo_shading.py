@@ -58,8 +58,8 @@ def spread(light):
 
 @pytest.mark.slow
 def test_every_picture_loses_its_own_light(figure, close_up, truth, relief):
-    painting, (told,) = paint_registered(figure.page, close_up, DPI)
-    assert 0.2 < told["textured_fraction"] < 0.9
+    painting, (reported,) = paint_registered(figure.page, close_up, DPI)
+    assert 0.2 < reported["textured_fraction"] < 0.9
     darkest = truth.min(axis=2)
     paper = painting.mask & (darkest > PAPER_FRACTION * np.percentile(darkest[painting.mask], 80))
     paper = cv2.erode(paper.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
@@ -97,9 +97,9 @@ def test_a_page_without_picture_stays(figure, relief):
 
 
 def test_a_picture_whose_light_was_kept_is_reported():
-    told = ShadingResult(np.zeros((2, 2, 3), np.uint8), {"removed": True, "lamps": 1})
+    reported = ShadingResult(np.zeros((2, 2, 3), np.uint8), {"removed": True, "lamps": 1})
     kept = ShadingResult(np.zeros((2, 2, 3), np.uint8), {"removed": False, "reason": "nothing is certain"})
-    assert _report({0: told, 1: told}, 1) == told.report
-    report = _report({0: told, 1: kept}, 0)
+    assert _report({0: reported, 1: reported}, 1) == reported.report
+    report = _report({0: reported, 1: kept}, 0)
     assert not report["removed"]
     assert report["reason"] == "nothing is certain (in photograph 1)"

@@ -127,7 +127,7 @@ def test_a_file_that_was_cut_short(picture, tmp_path, kind, rng):
 
 
 @pytest.mark.parametrize(
-    "name, content, told",
+    "name, content, reported",
     [
         ("empty.jpg", b"", "is empty"),
         ("text.jpg", b"no picture", "not an image of a known kind"),
@@ -137,15 +137,15 @@ def test_a_file_that_was_cut_short(picture, tmp_path, kind, rng):
         (".", None, "is a folder"),
     ],
 )
-def test_it_is_told_what_a_file_is_instead(tmp_path, name, content, told):
+def test_a_file_of_another_kind_is_named(tmp_path, name, content, reported):
     if content is not None:
         (tmp_path / name).write_bytes(content)
-    with pytest.raises(BadInput, match=told) as refused:
+    with pytest.raises(BadInput, match=reported) as refused:
         read_photograph(tmp_path / name)
     assert refused.value.hint
 
 
-def test_what_is_no_photograph(picture, tmp_path, monkeypatch):
+def test_what_is_not_a_photograph(picture, tmp_path, monkeypatch):
     float_tiff = io.BytesIO()
     tifffile.imwrite(float_tiff, picture[..., 0].astype(np.float32))
     (tmp_path / "float.tif").write_bytes(float_tiff.getvalue())
@@ -160,7 +160,7 @@ def test_what_is_no_photograph(picture, tmp_path, monkeypatch):
         read_photograph(tmp_path / "huge.png")
 
 
-def test_an_array_that_is_no_picture(text):
+def test_an_array_that_is_not_a_picture(text):
     for wrong in (np.zeros((50, 50), np.uint8), np.zeros((50, 50, 3)), np.zeros((0, 5, 3), np.uint8)):
         with pytest.raises(BadInput, match="photograph 1"):
             register_photographs(text.page, [wrong])

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow
 # places; what is left is the scanner's own noise.
 RMS_PX = 0.5
 OWN_BLUR_PX = Exposure().blur_px
-BLUR_PX, BLUR_SHARE = 0.25, 0.2  # blurs are tried in steps of a quarter and less
+BLUR_PX, BLUR_FRACTION = 0.25, 0.2  # blurs are tried in steps of a quarter and less
 FOCAL = 0.03  # a page that hardly bends tells the focal length no better, nor does its place depend on it
 
 
@@ -103,10 +103,10 @@ def test_blur_is_measured_in_pixels_of_the_scanner_s_image(text, sigma_px):
     found = text.registered()
     blurred = cv2.GaussianBlur(text.photograph(), (0, 0), sigma_px) if sigma_px else text.photograph()
     measured = relative_blur(text.reference, cv2.cvtColor(blurred, cv2.COLOR_RGB2GRAY), found.camera)
-    assert measured == pytest.approx(np.hypot(sigma_px, OWN_BLUR_PX) / found.scale, abs=BLUR_PX, rel=BLUR_SHARE)
+    assert measured == pytest.approx(np.hypot(sigma_px, OWN_BLUR_PX) / found.scale, abs=BLUR_PX, rel=BLUR_FRACTION)
 
 
-def test_print_in_one_corner_does_not_tell_where_the_page_lies(text):
+def test_print_in_one_corner_does_not_locate_the_page(text):
     """What is said is where the page may be, in millimetres of paper, and not a number of pixels that means nothing."""
     found = text.registered()
     for uncertain, words in ((400.0, "it may be anywhere"), (3.0 * found.scale, "mm off")):

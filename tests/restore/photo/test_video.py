@@ -62,7 +62,7 @@ def test_a_camera_that_stands_still_is_refused(frames, tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"", b"no video", b"RIFF\x10\0\0\0AVI LIST" + bytes(40)])
-def test_what_is_no_video_is_refused(tmp_path, content, capfd):
+def test_what_is_not_a_video_is_refused(tmp_path, content, capfd):
     path = tmp_path / "broken.avi"
     path.write_bytes(content)
     with pytest.raises(BadInput, match=r"broken\.avi"):
@@ -85,7 +85,7 @@ def test_a_video_is_read_by_itself(frames, tmp_path):
         read_photographs([tmp_path / "a.png", path])
 
 
-def test_each_share_of_the_way_gives_its_sharpest():
+def test_each_fraction_of_the_way_gives_its_sharpest():
     chosen = spread(np.array([1.0, 5, 2, 9, 3, 4]), np.array([0.0, 0.1, 0.4, 0.6, 0.9, 1.0]), 2)
     assert chosen.tolist() == [1, 3]
 

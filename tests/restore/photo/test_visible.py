@@ -71,7 +71,7 @@ def test_a_glare_is_found_with_its_haze_and_on_dark_ink():
     assert not found[shine < 0.002].any()
 
 
-def test_overexposed_paper_and_another_light_are_no_glare():
+def test_overexposed_paper_and_another_light_are_not_glare():
     expected, seen = spots()
     full = np.minimum(1.5 * expected, 1.0)
     assert not glare_mask((full >= 0.95).astype(float), full, expected, seen, 25.0).any()
@@ -79,7 +79,7 @@ def test_overexposed_paper_and_another_light_are_no_glare():
     assert not glare_mask((slanted >= 0.95).astype(float), slanted, expected, seen, 25.0).any()
 
 
-def test_a_stroke_of_ink_is_no_glare_where_another_picture_shows_it_less_sharply():
+def test_ink_is_not_glare_where_another_picture_shows_it_less_sharply():
     expected, seen = np.full((60, 80), 0.8), np.ones((60, 80), bool)
     expected[20:40:4, 10:70] = 0.02
     blurred = cv2.GaussianBlur(expected, (0, 0), 1.0)

@@ -49,14 +49,14 @@ def test_markers_that_are_half_hidden_do_not_turn_it():
     assert error < 4 * NOISE_PX  # that one is 9 mm off, and would be 1.2 mm in the root mean square of all
 
 
-def test_a_card_that_is_not_flat_is_told():
+def test_a_card_that_is_not_flat_is_reported():
     model, markers = seen()
     raised = CENTRES + np.column_stack([np.zeros((12, 2)), (CENTRES[:, 0] / 70.0) ** 2 * 5.0])
     bent = {number: dict(enumerate(camera.project(raised))) for number, camera in enumerate(cameras())}
     assert find_card(model, {view: bent[view] for view in markers}, SCALE_CARD)[1] > 0.5
 
 
-def test_too_few_markers_are_no_card():
+def test_too_few_markers_are_not_a_card():
     model, markers = seen()
     few = {number: {m: markers[number][m] for m in (0, 1, 2)} for number in markers}
     assert find_card(model, few, SCALE_CARD) is None

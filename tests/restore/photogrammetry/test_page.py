@@ -22,7 +22,7 @@ from restore.photogrammetry.surfaces.surface import Surface
 HALF_MM = np.array([80.0, 55.0])  # of the page, which lies on the table
 CARD_MM = np.array([[-50.0, -95.0], [50.0, -95.0], [50.0, -70.0], [-50.0, -70.0]])
 WOOD, PAPER, INK = (150, 110, 70), (225, 224, 220), (60, 60, 60)
-RIM_SHARE = 0.03  # of the page: the rim that counts as covered, and the perspective of the views
+RIM_FRACTION = 0.03  # of the page: the rim that counts as covered, and the perspective of the views
 CELL_MM = 2.5  # of an edge in votes: three pixels of the small masks
 
 
@@ -47,7 +47,7 @@ def masks():
     return find_paper([photograph(camera) for camera in cameras()], cards)
 
 
-def test_points_of_the_page_are_told_from_those_of_table_and_card(masks):
+def test_points_of_the_page_are_distinguished_from_those_of_table_and_card(masks):
     places = np.array([[0.0, 0.0], [70.0, 45.0], [-75.0, 10.0], [0.0, -62.0], [100.0, 0.0], [0.0, -80.0]])
     points = np.column_stack([places, np.zeros(len(places))])
     assert on_page(masks, cameras(), points).tolist() == [True, True, True, False, False, False]
@@ -59,7 +59,7 @@ def test_paper_that_the_mesh_leaves_out_is_found(masks, share):
     corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
     vertices = np.column_stack([corners, np.zeros(4)])
     found = masks.uncovered(cameras(), vertices, np.array([[0, 1, 2], [0, 2, 3]]))
-    assert found == pytest.approx(share, abs=RIM_SHARE)
+    assert found == pytest.approx(share, abs=RIM_FRACTION)
 
 
 def test_the_area_is_the_page(masks):
@@ -73,7 +73,7 @@ def test_the_area_is_the_page(masks):
     assert area.contains(beyond, -10.0).tolist() == [True, False, False]
 
 
-def test_where_the_card_may_lie_the_other_views_tell(masks):
+def test_the_other_views_show_where_the_card_may_lie(masks):
     """Right beside the page, where three views show the white card, and two the table."""
     points = np.array([[0.0, -58.0, 0.0]])
     white = replace(masks, masks=masks.masks.copy())
@@ -107,11 +107,11 @@ def test_views_from_behind_have_no_vote(masks):
 
 
 def test_views_that_do_not_see_a_point_have_no_vote(masks):
-    beside = np.array([[0.0, -62.0, 0.0]])  # table between page and card
+    adjacent = np.array([[0.0, -62.0, 0.0]])  # table between page and card
     only = np.arange(len(cameras()))[:, None] == 1  # the page hides it in the others, which show paper there
     page_before = replace(masks, masks=np.where(only[..., None], masks.masks, 1.0))
-    assert page_before.votes(cameras(), beside)[0] > 0.5
-    share, count = page_before.votes(cameras(), beside, seen=only)
+    assert page_before.votes(cameras(), adjacent)[0] > 0.5
+    share, count = page_before.votes(cameras(), adjacent, seen=only)
     assert (share, count) == (0.0, 1.0)
 
 

@@ -81,7 +81,7 @@ def test_the_edge_of_a_margin_that_is_far_off_is_found_in_masks(greys):
     assert np.sqrt((from_sides(edge) ** 2).mean()) < 5 * ACCURACY_MM  # searched over 32 mm once
 
 
-def test_a_crease_beside_the_edge_is_not_taken_for_it(greys):
+def test_a_crease_next_to_the_edge_is_not_mistaken_for_it(greys):
     def light(origins, ways):
         x, y = on_plane(origins, ways, HEIGHT_MM).T
         page = (np.abs(x) < HALF_MM[0]) & (np.abs(y) < HALF_MM[1])
@@ -105,7 +105,7 @@ def test_no_step_no_edge(greys):
     assert not edge.measured.any()
 
 
-def test_the_markers_of_a_card_beside_the_page_are_not_its_edge():
+def test_the_markers_of_a_card_next_to_the_page_are_not_its_edge():
     low, high = CARD_MM.min(axis=0), CARD_MM.max(axis=0)
 
     def kind(origins, ways):
@@ -122,9 +122,9 @@ def test_the_markers_of_a_card_beside_the_page_are_not_its_edge():
     far = {}
     for name, pictures in (("with", shown), ("without", cardless)):
         edge = find_edge(masks, np.stack(pictures), cameras(), level(HEIGHT_MM), rectangle(HALF_MM + 1.0))
-        beside = edge.measured & (edge.places[:, 1] < -HALF_MM[1] + 8) & (np.abs(edge.places[:, 0]) < 40)
-        assert beside.sum() > 20
-        far[name] = np.abs(edge.points[beside, 1] + HALF_MM[1]).max()
+        adjacent = edge.measured & (edge.places[:, 1] < -HALF_MM[1] + 8) & (np.abs(edge.places[:, 0]) < 40)
+        assert adjacent.sum() > 20
+        far[name] = np.abs(edge.points[adjacent, 1] + HALF_MM[1]).max()
     assert far["without"] < 3 * ACCURACY_MM
     assert far["with"] > 3 * ACCURACY_MM  # else the card would not matter here
 
@@ -147,7 +147,7 @@ def rounded(x, y):
     return np.linalg.norm(beyond, axis=-1) < RADIUS_MM
 
 
-def beside_a_white_thing(x, y):
+def next_to_a_white_thing(x, y):
     """A rectangle whose corner, and a stretch of a side, lie before something as white as itself."""
     return rectangular(x, y) | (np.hypot(x - HALF_MM[0], y - HALF_MM[1]) < 5.0) | (np.hypot(x, y - HALF_MM[1]) < 6.0)
 
@@ -174,7 +174,7 @@ def test_the_paper_of_a_card_that_the_page_hides_in_part_is_not_its_edge():
     assert most[1] < 3 * ACCURACY_MM < most[0] / 3
 
 
-def test_a_long_stretch_that_no_view_tells_is_straight_where_it_is_nearly_so(greys):
+def test_a_long_stretch_that_no_view_shows_is_straight_where_it_nearly_is(greys):
     """Half of the lower side, where the card lies in all views; masks make a dent there, or cut a corner off."""
     low, high = np.array([-40.0, -63.0]), np.array([20.0, -40.0])
     corners = np.array([[low[0], low[1], 6], [high[0], low[1], 6], [high[0], high[1], 6], [low[0], high[1], 6]])
@@ -216,7 +216,7 @@ def test_a_zigzag_is_followed():
     assert np.sqrt((off**2).mean()) < 2 * ACCURACY_MM  # its tips are blunt
 
 
-@pytest.mark.parametrize("picture_of", [rectangular, beside_a_white_thing])
+@pytest.mark.parametrize("picture_of", [rectangular, next_to_a_white_thing])
 def test_sides_meet_in_corners_and_are_straight_between_what_is_measured(picture_of):
     masks, start = paper(shown(rectangular)), rectangle(HALF_MM + 2.0)
     edge = find_edge(masks, shown(picture_of), cameras(), level(HEIGHT_MM - 1.0), start)

@@ -64,14 +64,14 @@ def test_the_gutter_between_two_printed_pages_is_as_wide_as_it_was(seed, gutter,
     edge = Edge(edge.points, surface.feet(edge.points, edge.places), edge.measured)
     near = list[FoldedSurface]()
     monkeypatch.setattr(rim, "_edge_of", lambda fitted, *_: near.append(fitted.surface) or edge)
-    found, told = fitted_to_edge(surface, points, feet, 0.0)
-    assert told is edge
+    found, reported = fitted_to_edge(surface, points, feet, 0.0)
+    assert reported is edge
     assert near[0] is surface is not near[1]  # sought again near the surface that goes through the first
     assert abs(lost(found.surface, SPREAD)) < LOST_MM < lost(surface, SPREAD) / 3
 
 
 @pytest.mark.parametrize("drop", [3.0, 12.0])
-def test_points_of_the_table_beside_a_margin_do_not_tear_it_down(drop, monkeypatch):
+def test_points_of_the_table_next_to_a_margin_do_not_tear_it_down(drop, monkeypatch):
     points, _ = sampled(WAVE)
     beyond = np.column_stack([np.full(8, -HALF[0] - 4.0), np.linspace(-20, 20, 8)])
     table = WAVE.warp(beyond, PAGE_MM) - [0.0, 0.0, drop]

@@ -28,7 +28,7 @@ VIEWS, WIDTH = 5, 900
 NODES = 6000  # of the relief: its facets are 65 mm wide
 
 
-def test_what_a_surface_misses_is_told_by_one_point_in_ten():
+def test_the_misfit_of_a_surface_is_a_ninetieth_percentile():
     surface = Surface.level(np.array([-50.0, -50.0]), np.array([50.0, 50.0]), 3.0)
     feet = grid_places(np.array([-40.0, -40.0]), np.array([40.0, 40.0]), 4.0)
     above = np.where(np.arange(len(feet)) % 5 == 0, 0.5, 0.01)

@@ -57,7 +57,7 @@ def test_a_view_that_something_hides_does_not_count(greys):
     assert np.quantile(np.abs(heights[good] - 0.33), 0.9) < 0.15
 
 
-def test_an_edge_of_light_on_blank_paper_tells_its_height():
+def test_an_edge_of_light_on_blank_paper_shows_its_height():
     greys = photographed(lambda places: np.where(places[:, 0] + 0.4 * places[:, 1] > 0, 180.0, 150.0))
     heights, sigma, alike = sweep(greys, cameras(), level(HEIGHT_MM - 0.5), SAMPLE_MM, OFFSETS_MM)
     on_edge = np.abs(GRID[:, 0] + 0.4 * GRID[:, 1]) < 1.0
@@ -68,7 +68,7 @@ def test_an_edge_of_light_on_blank_paper_tells_its_height():
     assert not good[far].any()
 
 
-def test_blank_paper_and_other_pages_tell_none(greys):
+def test_blank_paper_and_other_pages_show_no_height(greys):
     rng = np.random.default_rng(2)
     blank = (120 + rng.normal(0, NOISE_CODES, greys.shape)).astype(np.float32)
     other = greys.copy()

@@ -58,7 +58,7 @@ def test_pixels_are_where_the_cameras_see_the_points(greys):
     assert 0.2 < np.sqrt((error**2).mean()) / np.sqrt((predicted**2).mean() * 2) < 5
 
 
-def test_smaller_copies_tell_pixels_of_the_full_size(greys):
+def test_smaller_copies_give_pixels_of_the_full_size(greys):
     twice = [camera.scaled((2 * camera.size[0], 2 * camera.size[1])) for camera in cameras()]
     patches = level(HEIGHT_MM)
     of_copies, of_full = (track(greys, views, patches, SAMPLE_MM) for views in (twice, cameras()))

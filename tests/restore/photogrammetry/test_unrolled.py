@@ -10,7 +10,7 @@ from restore.photogrammetry.unrolled import unrolled
 
 RADIUS_MM, HALF_ANGLE = 80.0, 1.0  # of an arch whose ends stand at 57 degrees
 DEPTH_MM = 60.0
-SHARE = 0.8  # of the arc: the lattice that is flattened ends up to 8 mm of the table before the edge
+FRACTION = 0.8  # of the arc: the lattice that is flattened ends up to 8 mm of the table before the edge
 STRAIN = 0.015  # its chords and the spline through them leave; the points decide afterwards
 
 
@@ -22,9 +22,9 @@ def test_an_arch_becomes_as_long_as_its_arc():
     raised, _ = fit_surface(points, places, level, stiffness=10.0, inextensible=False)
     cells = np.ones((int(2 * DEPTH_MM), int(2 * half)), bool)
     page = unrolled(raised, PageArea(cells, np.array([-half, -DEPTH_MM])), 20.0)
-    arc = np.column_stack([np.linspace(-SHARE, SHARE, 50) * HALF_ANGLE * RADIUS_MM, np.zeros(50)])
+    arc = np.column_stack([np.linspace(-FRACTION, FRACTION, 50) * HALF_ANGLE * RADIUS_MM, np.zeros(50)])
     apart = np.linalg.norm(np.diff(page.points(arc), axis=0), axis=1)
     np.testing.assert_allclose(apart / np.diff(arc[:, 0]), 1.0, atol=STRAIN)  # u is length along the paper
-    assert np.ptp(page.points(arc)[:, 0]) > 1.8 * RADIUS_MM * np.sin(SHARE * HALF_ANGLE)
+    assert np.ptp(page.points(arc)[:, 0]) > 1.8 * RADIUS_MM * np.sin(FRACTION * HALF_ANGLE)
     assert (np.diff(page.points(arc)[:, 0]) > 0).all()  # and runs as x does
     assert page.bounds[1][0] - page.bounds[0][0] > 2 * HALF_ANGLE * RADIUS_MM + 2 * 20.0 - 10 * CELL_MM

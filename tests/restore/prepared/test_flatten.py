@@ -94,7 +94,7 @@ def test_only_the_roll_is_not_seen_whole(curl):
     assert rms_mm(flatten(roll.mesh).flat, roll.flat) < CLEAN_MM
 
 
-def test_a_small_piece_beside_a_large_one_settles_by_itself(seen):
+def test_a_small_piece_next_to_a_large_one_settles_by_itself(seen):
     small = exact_sheet(Curl(radius_mm=100.0, taper=0.0), 400, page_mm=(80.0, 60.0))
     apart = small.mesh.vertices + [0.0, 250.0, 0.0]
     mesh = SurfaceMesh(
@@ -128,7 +128,7 @@ def test_given_lengths_are_kept_at_any_size(curl, monkeypatch):
     assert rms_mm(page.flat / 1.01, few.flat) < SAME_MM
 
 
-def test_convergence_is_told_at_any_size(curl, monkeypatch):
+def test_convergence_is_reported_at_any_size(curl, monkeypatch):
     """Steps of springs that are ended early."""
     assert flatten(curl.mesh).converged
     monkeypatch.setattr(springs, "MAX_STEPS", 3)
@@ -142,7 +142,7 @@ def test_below_the_limit_all_vertices_settle():
     np.testing.assert_array_equal(flatten(few.mesh).flat, flatten_points(few.mesh).flat)
 
 
-def test_what_is_wrong_is_told(curl):
+def test_wrong_values_are_reported(curl):
     broken = curl.mesh.vertices.copy()
     broken[7] = np.nan
     with pytest.raises(BadInput, match="finite"):

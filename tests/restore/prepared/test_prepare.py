@@ -108,7 +108,7 @@ def test_a_small_mesh_stays_a_mesh_with_its_doubled_vertices_joined():
 
 
 @pytest.mark.parametrize("alone", [True, False])
-def test_a_flat_part_of_a_page_that_is_lit_otherwise_is_no_table(alone):
+def test_a_flat_part_of_a_page_that_is_lit_otherwise_is_not_a_table(alone):
     """A leaflet of two panels, one half as wide as the other and in a light of its own; known to be alone, or not."""
     x, y = np.meshgrid(np.linspace(0.0, 180.0, 241), np.linspace(120.0, 0.0, 161))
     points = np.stack([x, y, 0.3 * np.maximum(120.0 - x, 0.0)], axis=-1).reshape(-1, 3)

@@ -76,17 +76,17 @@ def test_only_pieces_whose_boxes_come_near_are_compared():
     assert list(_near_boxes(borders, 3.0)) == expected != []
 
 
-def test_debris_is_no_sheet():
+def test_debris_is_not_a_sheet():
     scrap = replace(sheet(14.0, 7.0), vertices=sheet(14.0, 7.0).vertices + [300.0, 0, 0])
     assert len(separate_sheets(together(sheet(210.0, 280.0), scrap))) == 1
 
 
-def test_a_fragment_is_no_rectangle_and_a_sheet_is():
+def test_a_fragment_is_not_a_rectangle_and_a_sheet_is():
     assert [one.is_rectangular for one in separate_sheets(sheet())] == [True]
     assert [one.is_rectangular for one in separate_sheets(sheet(keep=lambda x, y: y > 0.8 * x))] == [False]
 
 
-def test_sheets_of_a_shot_are_told_apart_by_the_samples(camera):
+def test_sheets_of_a_shot_are_distinguished_by_the_samples(camera):
     rows, cols = (grid.astype(int) for grid in camera.indices)
     areas = [(cols > 10) & (cols < 90) & (rows > 20) & (rows < 140), (cols > 110) & (cols < 180) & (rows > 40)]
     scan = camera.shot(np.where(areas[0] | areas[1], camera.plane(), np.nan))
@@ -117,7 +117,7 @@ def test_one_sheet_in_a_shot_is_the_shot_itself(camera):
     assert separate_sheets(scan)[0].scan is scan
 
 
-def test_what_a_table_warns_of_is_told_with_its_sheet(camera):
+def test_what_a_table_warns_of_is_reported_with_its_sheet(camera):
     """A page of the table's colour, whose left side lies on it."""
     rows, cols = camera.indices
     page = (rows >= 35) & (rows < 125) & (cols >= 40) & (cols < 160)

@@ -65,7 +65,7 @@ def test_the_page_ends_at_a_hole(holed, form):
     assert abs(float(found.text.split(" mm²")[0].split()[-1]) - area) < 2 * np.pi * RADIUS_MM * RIM_MM
 
 
-def test_drop_outs_are_no_holes():
+def test_drop_outs_are_not_holes():
     scan, truth = shot(holed=False)
     lost = np.linalg.norm(truth.flat - MIDDLE_MM, axis=2) < RADIUS_MM
     points = np.where(lost[..., None], np.nan, scan.points)
@@ -79,7 +79,7 @@ def island(truth):
     return (np.linalg.norm(truth.flat - MIDDLE_MM, axis=2) < RADIUS_MM)[..., None]
 
 
-def test_what_lies_deeper_and_is_no_table_is_no_hole():
+def test_deeper_samples_that_are_not_table_are_not_holes():
     scan, truth = shot(holed=False)
     deeper = scan.points * (1.0 + 40.0 / 900.0)  # beyond the table
     assert not prepare(replace(scan, points=np.where(island(truth), deeper, scan.points))).sheet.holes.any()
@@ -87,7 +87,7 @@ def test_what_lies_deeper_and_is_no_table_is_no_hole():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.0, 0.15])
-def test_what_lies_between_page_and_table_is_no_hole(share):
+def test_samples_between_page_and_table_are_not_holes(share):
     """Samples beside dark ink may be off by millimetres, nearer to the table than to the paper."""
     scan, truth = shot(holed=False, gap_mm=20.0)
     behind = shot(holed=True, gap_mm=20.0)[0].points

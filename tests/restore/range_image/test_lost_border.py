@@ -17,7 +17,7 @@ def sheet(camera):
     return area
 
 
-def share_lost(camera, sheet, *, raised_mm=0.0, lost=None):
+def fraction_lost(camera, sheet, *, raised_mm=0.0, lost=None):
     """Of a sheet above its table, with its shadow, and what else was lost."""
     depths = np.where(sheet, camera.plane(distance=921.5 - raised_mm), camera.plane())
     shadow = np.zeros_like(sheet)
@@ -37,26 +37,26 @@ def eroded(sheet, by):
 
 
 @pytest.mark.parametrize("raised_mm", [0.0, 1.0, 5.0, 20.0])
-def test_no_paper_is_lost_beside_a_shadow(camera, sheet, raised_mm):
-    assert share_lost(camera, sheet, raised_mm=raised_mm) == 0.0
+def test_no_paper_is_lost_next_to_a_shadow(camera, sheet, raised_mm):
+    assert fraction_lost(camera, sheet, raised_mm=raised_mm) == 0.0
 
 
 def test_a_dark_frame_is_lost_on_all_sides(camera, sheet):
-    assert share_lost(camera, sheet, lost=sheet & ~eroded(sheet, FRAME)) > 0.95
+    assert fraction_lost(camera, sheet, lost=sheet & ~eroded(sheet, FRAME)) > 0.95
 
 
 def test_a_dark_strip_is_lost_on_the_side_that_it_is_on(camera, sheet):
     left = sheet & (camera.indices[1] < 40 + FRAME)
-    assert share_lost(camera, sheet, raised_mm=2.0, lost=left) == pytest.approx(90 / 404, abs=0.02)
+    assert fraction_lost(camera, sheet, raised_mm=2.0, lost=left) == pytest.approx(90 / 404, abs=0.02)
 
 
-def test_single_samples_are_no_lost_border(camera, sheet):
+def test_single_samples_are_not_a_lost_border(camera, sheet):
     few = np.random.default_rng(1).random(sheet.shape) < 0.2
-    assert share_lost(camera, sheet, lost=few) < 0.01
+    assert fraction_lost(camera, sheet, lost=few) < 0.01
     narrow = sheet & ~eroded(sheet, MAX_LOST - 1)
-    assert share_lost(camera, sheet, lost=narrow) == 0.0
+    assert fraction_lost(camera, sheet, lost=narrow) == 0.0
 
 
-def test_a_table_that_gives_no_range_tells_nothing(camera, sheet):
+def test_a_table_that_gives_no_range_says_nothing(camera, sheet):
     specks = np.random.default_rng(1).random(sheet.shape) < 0.2
-    assert share_lost(camera, sheet, lost=~sheet & ~specks) == 0.0
+    assert fraction_lost(camera, sheet, lost=~sheet & ~specks) == 0.0

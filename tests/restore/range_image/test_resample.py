@@ -17,7 +17,7 @@ PIXELS_PER_MM = 5.0
 SURFACE_MM = 2e-3
 TEXTURE_PX = 0.02  # the same chord, sideways, and single precision
 MIN_COVERED = 0.99  # of the mesh's area; pixels on its border count or not
-BORDER_SHARE = 0.02  # of the samples lie within one of the border, and the view is not quite from infinity
+BORDER_FRACTION = 0.02  # of the samples lie within one of the border, and the view is not quite from infinity
 
 ROTATIONS = [(0, 0, 0), (40, -25, 10), (0, 90, 0), (75, 0, 130), (180, 0, 0), (10, 160, -70)]
 
@@ -79,7 +79,7 @@ def test_the_resampled_scan_has_the_rays_of_one_pinhole():
 
 def test_a_level_page_gets_as_many_samples_as_it_has_vertices():
     page = mesh()
-    assert resample(page)[0].measured.sum() == pytest.approx(len(page.vertices), rel=BORDER_SHARE)
+    assert resample(page)[0].measured.sum() == pytest.approx(len(page.vertices), rel=BORDER_FRACTION)
 
 
 def test_the_steepest_part_of_a_page_is_sampled_as_densely_as_its_vertices():
@@ -87,7 +87,7 @@ def test_the_steepest_part_of_a_page_is_sampled_as_densely_as_its_vertices():
     page = mesh(curl)
     shadow = np.sin(WIDTH / 2 / 150) / (WIDTH / 2 / 150)
     wanted = len(page.vertices) * shadow / np.cos((1 - STEEP_FRACTION) * WIDTH / 2 / 150) ** 2
-    assert resample(page)[0].measured.sum() == pytest.approx(wanted, rel=2 * BORDER_SHARE)
+    assert resample(page)[0].measured.sum() == pytest.approx(wanted, rel=2 * BORDER_FRACTION)
 
 
 def test_the_picture_shows_the_print_upright_and_not_mirrored():

@@ -52,9 +52,9 @@ def test_what_may_be_anything_and_what_is_collected_is_not_checked():
     ],
 )
 def test_the_sentence_names_function_argument_and_types(arguments, sentence):
-    with pytest.raises(TypeError) as told:
+    with pytest.raises(TypeError) as reported:
         example(*arguments)
-    assert str(told.value) == sentence
+    assert str(reported.value) == sentence
 
 
 def test_items_of_sequences_and_functions_are_checked_too():
@@ -66,7 +66,7 @@ def test_items_of_sequences_and_functions_are_checked_too():
     example(SCAN, "a", many=[1, np.float32(2.5)])
 
 
-def test_lists_are_as_good_as_arrays_and_missing_arguments_are_told_by_python():
+def test_lists_are_as_good_as_arrays_and_missing_arguments_are_reported_by_python():
     assert framed([1, 2]) == 2
     with pytest.raises(TypeError, match=r"example\(\) missing 1 required positional argument: 'path'"):
         example(None)
@@ -92,20 +92,20 @@ def test_lists_are_as_good_as_arrays_and_missing_arguments_are_told_by_python():
         lambda wrong: restore.flatten(MESH, ("no method", wrong)),
     ],
 )
-def test_no_function_of_the_public_door_trips_over_a_wrong_type(call, wrong):
-    with pytest.raises((TypeError, RestoreError)) as told:
+def test_no_public_function_trips_over_a_wrong_type(call, wrong):
+    with pytest.raises((TypeError, RestoreError)) as reported:
         call(wrong)
-    assert isinstance(told.value, RestoreError) or "() takes " in str(told.value)
+    assert isinstance(reported.value, RestoreError) or "() takes " in str(reported.value)
 
 
-def test_the_name_of_a_file_is_no_scan():
+def test_the_name_of_a_file_is_not_a_scan():
     with pytest.raises(TypeError, match="read the file with load_scan"):
         restore.restore("page.obj")
 
 
 @pytest.mark.parametrize("path", [None, 3, b"page.obj", ["page.obj"]])
 @pytest.mark.parametrize("call", [restore.load_scan, restore.load_capture, formats.read_image, formats.scan_stem])
-def test_what_is_no_path_is_told(call, path):
+def test_an_invalid_path_is_reported(call, path):
     with pytest.raises(TypeError, match="as path, not"):
         call(path)
 
@@ -131,9 +131,9 @@ FIELDS += [(MESH, name, value) for name, values in MESHES.items() for value in v
 def test_fields_of_wrong_types_are_refused_with_a_hint(scan, name, value):
     wrong = replace(scan, **{name: value})
     for call in (lambda: restore.restore(wrong, Settings(dpi=30)), lambda: restore.separate_sheets(wrong)):
-        with pytest.raises(BadInput) as told:
+        with pytest.raises(BadInput) as reported:
             call()
-        assert told.value.hint
+        assert reported.value.hint
     if isinstance(scan, SurfaceMesh):
         with pytest.raises(BadInput):
             restore.flatten(wrong)

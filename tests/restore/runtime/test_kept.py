@@ -101,7 +101,7 @@ def test_an_array_that_was_changed_in_place_is_another_argument():
         assert keep_result(work, one)[0] == 2
 
 
-def test_what_a_page_no_longer_uses_goes_and_another_page_begins_anew():
+def test_what_a_page_no_longer_uses_goes_and_another_page_begins_again():
     store = Store()
     with keep_in(store, "a"):
         keep_result(work, 1)

@@ -24,7 +24,7 @@ def lit():
     return places, true, surroundings, row * BLOCKS // 61 * BLOCKS + col * BLOCKS // 61
 
 
-def judged(lit, chosen, spread, albedo=1.0, seed=3):
+def checked(lit, chosen, spread, albedo=1.0, seed=3):
     """The certainty of a light fitted to some places of noisy brightness, and its true rms error in logarithms."""
     places, true, surroundings, blocks = lit
     rng = np.random.default_rng(seed)
@@ -33,9 +33,9 @@ def judged(lit, chosen, spread, albedo=1.0, seed=3):
     labels = np.ones(len(chosen), int)
     found = fit_light(colour[chosen].astype(np.float32), places[chosen], surroundings, labels)
     brightness = colour[chosen].mean(axis=1)
-    told = certainty_of(found, places, places[chosen], brightness, labels, blocks[chosen], CAP)
+    reported = certainty_of(found, places, places[chosen], brightness, labels, blocks[chosen], CAP)
     off = np.log(found.irradiance(places).mean(axis=1) / light.mean(axis=1))
-    return told, float(off.std())
+    return reported, float(off.std())
 
 
 def everywhere(lit):
@@ -44,23 +44,23 @@ def everywhere(lit):
 
 @pytest.mark.parametrize("spread", [NOISE, 3 * NOISE])
 def test_the_expected_error_is_about_the_true_one(lit, spread):
-    told, off = judged(lit, everywhere(lit), spread)
-    assert told.certain
-    assert off < TIMES * told.error
-    assert told.error < told.variation / 4
-    assert told.variation == pytest.approx(float(np.log(lit[1].irradiance(lit[0]).mean(axis=1)).std()), rel=0.1)
+    reported, off = checked(lit, everywhere(lit), spread)
+    assert reported.certain
+    assert off < TIMES * reported.error
+    assert reported.error < reported.variation / 4
+    assert reported.variation == pytest.approx(float(np.log(lit[1].irradiance(lit[0]).mean(axis=1)).std()), rel=0.1)
 
 
 def test_more_noise_is_less_certain(lit):
-    assert judged(lit, everywhere(lit), 4 * NOISE)[0].error > 1.5 * judged(lit, everywhere(lit), NOISE)[0].error
+    assert checked(lit, everywhere(lit), 4 * NOISE)[0].error > 1.5 * checked(lit, everywhere(lit), NOISE)[0].error
 
 
 def test_a_light_that_is_extrapolated_is_less_certain(lit):
     points = lit[0].points
     corner = np.flatnonzero((points[:, 0] < -40) & (points[:, 1] > 40))
-    told, off = judged(lit, corner, NOISE)
-    assert told.error > 2 * judged(lit, everywhere(lit), NOISE)[0].error
-    assert off < TIMES * told.error
+    reported, off = checked(lit, corner, NOISE)
+    assert reported.error > 2 * checked(lit, everywhere(lit), NOISE)[0].error
+    assert off < TIMES * reported.error
 
 
 def test_print_that_changes_smoothly_makes_no_light_certain(lit):
@@ -72,5 +72,5 @@ def test_print_that_changes_smoothly_makes_no_light_certain(lit):
     colour = (np.exp(0.25 * waves)[:, None] * PAPER).astype(np.float32)
     chosen, labels = everywhere(lit), np.ones(len(everywhere(lit)), int)
     found = fit_light(colour[chosen], places[chosen], surroundings, labels)
-    told = certainty_of(found, places, places[chosen], colour[chosen].mean(axis=1), labels, blocks[chosen], CAP)
-    assert not told.certain
+    reported = certainty_of(found, places, places[chosen], colour[chosen].mean(axis=1), labels, blocks[chosen], CAP)
+    assert not reported.certain

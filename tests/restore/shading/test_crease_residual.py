@@ -136,13 +136,13 @@ def test_compiled_and_plain_python_agree():
     turn = rng.uniform(0, 2 * np.pi, (30, 34)).astype(np.float32)
     across = np.dstack([np.cos(turn), np.sin(turn)])
     results = []
-    for bright_of, beside in (
+    for bright_of, adjacent in (
         (module._bright, module._ratio_to_sides),
         (module._bright.py_func, module._ratio_to_sides.py_func),
     ):
         bright, out = np.full((20, 34), np.nan, np.float32), np.ones((20, 34), np.float32)
         bright_of(brightness, inside, across, near, 10, bright)
-        beside(brightness, across, near, 10, out)
+        adjacent(brightness, across, near, 10, out)
         results.append((bright, out))
     for compiled, plain in zip(*results, strict=True):
         np.testing.assert_allclose(compiled, plain, rtol=1e-6)

@@ -11,7 +11,7 @@ from restore.shading.relief import Relief
 HALF_MM = 100.0  # of the square page
 # The steps along a ray grow by a tenth, so the rim is met up to a tenth of its distance early: its slope there is less
 # by no more than that, and never more than the true one.
-GROWTH_SHARE = 0.1
+GROWTH_FRACTION = 0.1
 ABOVE = 1e-3  # tangent: bilinear interpolation on facets is exact to single precision
 SLOPE = 0.5
 
@@ -57,7 +57,9 @@ def test_nodes_are_where_their_coordinates_say(plane):
 def test_across_a_valley_the_horizon_is_the_far_rim(valley, x):
     """The rim is SLOPE·HALF_MM high: from x ≤ 0 it rises by SLOPE·(HALF_MM − |x|) over HALF_MM + |x|."""
     rim = SLOPE * (HALF_MM - abs(x)) / (HALF_MM + abs(x))
-    assert (1 - GROWTH_SHARE) * rim - SLOPE * GROWTH_SHARE < at(valley, x, 0.0)[0] < rim + 0.01  # half a node of x
+    assert (
+        (1 - GROWTH_FRACTION) * rim - SLOPE * GROWTH_FRACTION < at(valley, x, 0.0)[0] < rim + 0.01
+    )  # half a node of x
     # Towards the own rim the plane itself is the horizon.
     assert at(valley, x, 0.0)[AZIMUTHS // 2] == pytest.approx(SLOPE, abs=0.01)
 

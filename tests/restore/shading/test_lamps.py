@@ -94,7 +94,7 @@ def test_a_near_lamp_is_found_where_it_stands(azimuth, polar, distance):
     assert found.reflectance == pytest.approx(REFLECTANCE, abs=0.1)  # by a tenth of the light, known to a hundredth
 
 
-def test_regions_of_unknown_albedo_tell_the_light_as_paper_does():
+def test_regions_of_unknown_albedo_show_the_light_as_paper_does():
     relief = surface(bowl)
     surroundings = surroundings_of(relief)
     true, places = lit_by([toward(135, 40, 1e-3)], [*ROOM, 0.6 * PAPER], relief, surroundings)
@@ -110,7 +110,7 @@ def test_regions_of_unknown_albedo_tell_the_light_as_paper_does():
     assert np.median(ratio, axis=0) == pytest.approx(albedo[labels == 1][0], rel=EXPLAINED)
 
 
-def test_two_lamps_of_two_colours_are_told_apart():
+def test_two_lamps_of_two_colours_are_distinguished():
     relief = surface(bowl)
     surroundings = surroundings_of(relief)
     warm, cool = np.array([0.5, 0.45, 0.35]), np.array([0.2, 0.22, 0.28])

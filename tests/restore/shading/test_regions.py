@@ -58,7 +58,7 @@ def test_a_step_of_light_at_a_crease_ends_no_region_and_one_on_level_paper_does(
     assert regions_of(colour, level(), everywhere()).count == 2
 
 
-def test_a_figure_that_a_crease_crosses_is_no_part_of_the_paper():
+def test_a_figure_that_a_crease_crosses_is_not_paper():
     reflectance = np.broadcast_to(PAPER, (*SHAPE, 3)).copy()
     reflectance[40:120, 60:140] = 0.2 * PAPER
     folded = level()
@@ -68,7 +68,7 @@ def test_a_figure_that_a_crease_crosses_is_no_part_of_the_paper():
     assert labels[80, 80] == labels[80, 120] != 0
 
 
-def test_print_that_fades_from_one_hue_to_another_is_no_region_and_paper_under_two_lamps_is():
+def test_print_that_fades_from_one_hue_to_another_is_not_a_region_and_paper_under_two_lamps_is():
     across = np.linspace(0, 1, SHAPE[1])[None, :, None]
     sunset = (1 - across) * [0.03, 0.08, 0.3] + across * [0.6, 0.3, 0.06]
     reflectance = np.broadcast_to(sunset, (*SHAPE, 3))

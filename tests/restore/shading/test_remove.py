@@ -100,7 +100,7 @@ def test_coloured_paper_keeps_its_colour():
 
 
 @pytest.mark.parametrize("side_mm", [15.0, 30.0, 60.0])
-def test_a_figure_is_not_taken_for_a_shadow(side_mm):
+def test_a_figure_is_not_mistaken_for_a_shadow(side_mm):
     """Solid ink: the light is carried across it from the paper round it."""
     reflectance, _ = page()
     figure = np.zeros(reflectance.shape[:2], bool)
@@ -164,7 +164,7 @@ def test_compiled_and_plain_python_agree():
     np.testing.assert_array_equal(compiled, plain)
 
 
-def test_a_pale_spot_in_a_figure_is_not_taken_for_paper():
+def test_a_pale_spot_in_a_figure_is_not_mistaken_for_paper():
     """Cream on dark blue: no paper is near, and what is pale must not tint the light on the rest of the figure."""
     reflectance, _ = page()
     rows, cols = np.indices(reflectance.shape[:2])

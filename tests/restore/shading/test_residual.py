@@ -85,14 +85,14 @@ def test_a_soft_brown_stain_is_print_though_it_has_no_edge():
     np.testing.assert_allclose((colour / found)[130:150, 170:190].mean(axis=(0, 1)), reflectance[140, 180], atol=SOFT)
 
 
-def test_where_nothing_has_the_colour_of_the_ground_there_is_no_residual():
+def test_without_the_colour_of_the_ground_the_residual_is_unknown():
     """The light was fitted to another print, so small that it says nothing here."""
     found, ground = surface_and_ground(seen(np.full((*SHAPE, 3), 0.3), falling()), level(), everywhere(), DPI)
     assert not ground.any()
     np.testing.assert_array_equal(found, 1)
 
 
-def test_off_the_page_there_is_no_ground():
+def test_off_the_page_the_ground_is_unknown():
     inside = everywhere()
     inside[:100] = False
     _, ground = surface_and_ground(seen(np.ones((*SHAPE, 3))), level(), inside, DPI)

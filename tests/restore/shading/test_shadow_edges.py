@@ -54,7 +54,7 @@ def test_a_raking_lamp_is_placed_by_its_shadows(degrees):
     assert misplaced(placed, true, places) < LEFT * misplaced(turned(true, degrees), true, places)
 
 
-def test_print_beside_the_edges_does_not_mislead():
+def test_print_next_to_the_edges_does_not_mislead():
     rows, cols = np.indices((CELLS, CELLS))
     strokes = np.where((cols % 5 == 0) & (rows % 8 < 5), INK, 1.0)[..., None]
     true, places, colour, paper = shadowed(strokes)

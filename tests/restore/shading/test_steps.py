@@ -59,7 +59,7 @@ def inner(way, reach):
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("ink", [0.0, 0.3])
-def test_a_displaced_step_is_placed_by_the_paper_beside_it_whatever_is_printed_there(way, ink):
+def test_a_displaced_step_is_placed_by_the_paper_next_to_it_whatever_is_printed_there(way, ink):
     light = step(distance_from(way))
     steps = find_steps(three(light), everywhere())
     ratio, bare = seen(way, ink)
@@ -79,7 +79,7 @@ def test_a_constant_gradient_has_no_step():
 
 
 @pytest.mark.parametrize("ground", [np.zeros(SHAPE, bool), distance_from(WAYS[0]) > 0], ids=["nowhere", "on one side"])
-def test_without_ground_on_both_sides_a_step_stays_where_the_shape_tells_it(ground):
+def test_without_ground_on_both_sides_a_step_stays_where_the_shape_has_it(ground):
     steps = find_steps(three(step(distance_from(WAYS[0]))), everywhere())
     found = place_steps(steps, seen(WAYS[0])[0], ground)
     np.testing.assert_array_equal(found.shift, 0)

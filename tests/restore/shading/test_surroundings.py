@@ -33,7 +33,7 @@ def test_a_plane_shows_nothing_of_itself(plane):
 
 
 @pytest.mark.parametrize("x", [-40.0, -20.0, -10.0])
-def test_from_one_side_of_a_valley_the_other_fills_its_share_of_the_view(valley, x):
+def test_from_one_side_of_a_valley_the_other_fills_its_fraction_of_the_view(valley, x):
     """An endless strip that rises by an angle α over a place's own plane fills (1 − cos α) / 2 of its view."""
     to_the_rim = np.arctan(SLOPE * (HALF_MM + x) / (HALF_MM - x))
     expected = (1 - np.cos(to_the_rim + np.arctan(SLOPE))) / 2

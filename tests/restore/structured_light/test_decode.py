@@ -40,7 +40,7 @@ def test_edges_are_found_to_a_fraction_of_a_pixel():
     np.testing.assert_allclose(edge[inside], drawn[inside], atol=EDGE_PX)
 
 
-def test_a_code_beyond_the_projector_is_none():
+def test_a_code_beyond_the_projector_is_not_decoded():
     light = np.full((60, 240), 255, np.float32)
     axis = decode_axis(pairs_of(), light, 20)
     assert axis.code.max() == 19

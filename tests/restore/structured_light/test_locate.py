@@ -42,7 +42,7 @@ def test_a_plane_is_found_exactly():
     np.testing.assert_allclose(found, 100 + 0.61 * places[:, 0] - 0.13 * places[:, 1], atol=EXACT_PX)
 
 
-def test_beside_a_step_both_sides_are_found_as_they_are():
+def test_next_to_a_step_both_sides_are_found_as_they_are():
     field = plane(0.6, 0.05)
     field[:, 30:] += 7.3
     axis = axis_of(field)

@@ -69,7 +69,7 @@ class RigContract:
         np.testing.assert_allclose(page.report["page_mm"], PAGE_MM, atol=2 * SIZE_MM)
 
 
-class TestProjectorBeside(RigContract):
+class TestProjectorNextToCamera(RigContract):
     plan = PLAN
 
 

@@ -24,7 +24,7 @@ DPI = 127.0  # five pixels to the millimetre
 FOCAL_PX, CAMERA_CENTRE = 1900.0, np.array([10.0, -20.0, 900.0])
 EDGE_PX = 6  # of the page: the limit of what is hidden is known to two pixels of the texture, 0.5 mm each
 CENTRE_MM = 1e-3
-HIDDEN_SHARE, SHARE_ROUNDING = (
+HIDDEN_FRACTION, FRACTION_ROUNDING = (
     0.285,
     0.02,
 )  # 15 mm under the pleat, 19.2 of its turned side
@@ -125,7 +125,7 @@ def test_a_camera_at_infinity_is_on_the_side_that_the_page_is_turned_to(seed, no
     found, _ = covered(replace(page, texcoords=parallel))
     from_behind, _ = covered(replace(page, texcoords=parallel, faces=page.faces[:, ::-1]))
     for one in (found, from_behind):
-        assert one.fractions()["occluded"] == pytest.approx(HIDDEN_SHARE, abs=SHARE_ROUNDING)
+        assert one.fractions()["occluded"] == pytest.approx(HIDDEN_FRACTION, abs=FRACTION_ROUNDING)
 
 
 def test_hidden_pixels_are_white_and_a_hole_in_the_surface_is_hidden():
@@ -160,7 +160,7 @@ def test_a_chart_may_fill_its_picture():
     assert cover(filled, painting, kinds, None, DPI, may_be_cut=False).cut is None
 
 
-def test_the_share_of_the_outline_at_the_edge_of_the_picture():
+def test_the_fraction_of_the_outline_at_the_edge_of_the_picture():
     rows, cols = np.indices((20, 40)).astype(np.float32)
     inside = np.dstack([cols + 100, rows + 100]).astype(np.float32)
     page = np.ones((20, 40), bool)
@@ -172,18 +172,18 @@ def test_the_share_of_the_outline_at_the_edge_of_the_picture():
     assert found.text.startswith("22% of the page's outline is at the edge of the image")
 
 
-def test_a_picture_that_mirrors_its_surface_is_told_and_hides_as_much():
+def test_a_picture_that_mirrors_its_surface_is_reported_and_hides_as_much():
     page = folded()
     mirrored = replace(page, vertices=page.vertices * [-1.0, 1.0, 1.0])
-    (told,) = mirror_findings(mirrored)
-    assert "mirror images of each other" in told.text
+    (reported,) = mirror_findings(mirrored)
+    assert "mirror images of each other" in reported.text
     assert mirror_findings(page) == []
     np.testing.assert_array_equal(covered(mirrored)[0].seen, covered(page)[0].seen)
 
 
 @pytest.mark.parametrize("finer", [1, 4])
-@pytest.mark.parametrize(("across_mm", "told"), [(16.0, False), (26.0, True)])
-def test_a_broad_area_without_range_is_told(across_mm, told, finer):
+@pytest.mark.parametrize(("across_mm", "reported"), [(16.0, False), (26.0, True)])
+def test_a_broad_area_without_range_is_reported(across_mm, reported, finer):
     """And its width, at any resolution; dots and lines of any length are no area."""
     dpi = DPI * finer
     seen = np.full((400 * finer, 500 * finer), CoverageClass.MEASURED, np.uint8)
@@ -192,7 +192,7 @@ def test_a_broad_area_without_range_is_told(across_mm, told, finer):
     rows, cols = np.indices(seen.shape)
     seen[np.hypot(rows - 200 * finer, cols - 250 * finer) < radius] = CoverageClass.INTERPOLATED
     findings = filled_findings(seen, dpi)
-    assert len(findings) == told
-    if told:
+    assert len(findings) == reported
+    if reported:
         across = float(findings[0].text.split(" mm across")[0].split()[-1])
         assert across == pytest.approx(across_mm, abs=1.0)

@@ -23,15 +23,15 @@ def holes(*sizes):
 
 def test_small_holes_are_inpainted_on_request_and_marked():
     image, coverage = holes(10, 40)
-    filled, told = inpaint_hidden(image, coverage, DPI, 3.0)  # fifteen pixels
-    assert (told.seen[40:50, 20:30] == CoverageClass.INPAINTED).all()
-    assert (told.seen[40:80, 100:140] == CoverageClass.OCCLUDED).all()
+    filled, reported = inpaint_hidden(image, coverage, DPI, 3.0)  # fifteen pixels
+    assert (reported.seen[40:50, 20:30] == CoverageClass.INPAINTED).all()
+    assert (reported.seen[40:80, 100:140] == CoverageClass.OCCLUDED).all()
     assert np.abs(filled[40:50, 20:30].astype(int) - 120).max() <= ROUNDED
     assert (filled[40:80, 100:140] == 255).all()
-    assert not told.mask[45, 25]
-    assert told.fractions()["inpainted"] == pytest.approx(100 / (200 * 280))
+    assert not reported.mask[45, 25]
+    assert reported.fractions()["inpainted"] == pytest.approx(100 / (200 * 280))
     changed = (filled != image).any(axis=2)
-    assert (told.seen[changed] == CoverageClass.INPAINTED).all()
+    assert (reported.seen[changed] == CoverageClass.INPAINTED).all()
 
 
 def test_white_off_the_page_is_not_propagated_into_a_hole_at_its_edge():
@@ -44,6 +44,6 @@ def test_white_off_the_page_is_not_propagated_into_a_hole_at_its_edge():
 
 def test_nothing_is_inpainted_by_default():
     image, coverage = holes(10)
-    filled, told = inpaint_hidden(image, coverage, DPI, 0.0)
+    filled, reported = inpaint_hidden(image, coverage, DPI, 0.0)
     np.testing.assert_array_equal(filled, image)
-    np.testing.assert_array_equal(told.seen, coverage.seen)
+    np.testing.assert_array_equal(reported.seen, coverage.seen)

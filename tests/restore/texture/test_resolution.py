@@ -82,7 +82,7 @@ def test_sharpening_raises_the_mtf50_by_what_it_does_to_the_spectrum():
     assert mtf50_of_picture(sharpened) == pytest.approx(brentq(mtf, 0.0, 0.7), rel=WITHIN)
 
 
-def test_the_soft_edge_of_a_shadow_does_not_count_beside_ink():
+def test_the_soft_edge_of_a_shadow_does_not_count_next_to_ink():
     picture = drawn(0.6).astype(float)
     shade = 1 - 0.35 * cv2.GaussianBlur((np.indices(picture.shape[:2])[1] > 120).astype(float), (0, 0), 1.0)
     darker = (picture * shade[..., None]).astype(np.uint8)
@@ -108,7 +108,7 @@ def test_a_curved_outline_is_measured_along_its_curve():
 @pytest.mark.parametrize(
     "picture", [np.full((90, 120, 3), 200, np.uint8), np.full((5, 7, 3), 200, np.uint8), drawn(0.6, bar=3.0)]
 )
-def test_a_picture_without_isolated_edges_tells_nothing(picture):
+def test_a_picture_without_isolated_edges_says_nothing(picture):
     assert mtf50_of_picture(picture) is None
 
 
@@ -117,7 +117,7 @@ def test_a_period_takes_two_pixels_and_no_picture_has_more_than_its_own():
     assert resolved_fraction(0.6) == resolved_fraction(None) == 1.0
 
 
-def test_print_counts_before_the_outline_and_the_outline_where_there_is_no_print():
+def test_print_counts_before_the_outline_and_the_outline_where_print_is_missing():
     page = np.zeros((300, 300), bool)
     page[30:270, 30:270] = True
     picture = np.zeros((300, 300, 3), np.uint8)

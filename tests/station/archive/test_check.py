@@ -81,7 +81,7 @@ def test_every_byte_of_a_manifest_counts(copy) -> None:
     assert check_export(copy) == []
 
 
-def test_a_renamed_file_is_told_from_a_lost_one(copy) -> None:
+def test_a_renamed_file_is_distinguished_from_a_lost_one(copy) -> None:
     name = next(name for name in sorted(names(copy)) if page_of(name))
     (copy / name).rename(copy / "elsewhere.bin")
     (problem,) = check_export(copy)
@@ -89,7 +89,7 @@ def test_a_renamed_file_is_told_from_a_lost_one(copy) -> None:
     assert f"page {page_of(name)}: {name} is renamed to elsewhere.bin" in problem.text
 
 
-def test_what_is_no_export_is_refused(tmp_path) -> None:
+def test_a_folder_that_is_not_an_export_is_refused(tmp_path) -> None:
     with pytest.raises(BadInput, match="not an export"):
         check_export(tmp_path)
 

@@ -101,7 +101,7 @@ def test_what_is_missing_is_named(volume) -> None:
     assert missing(without, Role.ORIGINAL) == ["page 1: not captured"]
 
 
-def test_nothing_to_export_is_no_folder(volume, tmp_path) -> None:
+def test_nothing_to_export_makes_no_folder(volume, tmp_path) -> None:
     bare = dataclasses.replace(volume, pages=volume.pages[2:])
     with pytest.raises(BadInput, match="page 3: not restored"):
         export(bare, "tiff", tmp_path / "out")

@@ -113,14 +113,14 @@ def test_the_command_says_what_is_missing(folder, tmp_path, capsys, kind) -> Non
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
 
 
-def test_a_format_that_is_none_and_a_folder_that_is_no_session(folder, tmp_path, capsys) -> None:
+def test_an_unknown_format_and_a_folder_that_is_not_a_session(folder, tmp_path, capsys) -> None:
     assert main(["export", str(folder), "--to", "docx", "-o", str(tmp_path / "out")]) == 2
     assert "give bagit, mets" in capsys.readouterr().err
     assert main(["export", str(tmp_path), "--to", "pdf", "-o", str(tmp_path / "out")]) == 3
     assert not (tmp_path / "out").exists()
 
 
-def test_an_address_that_is_none_is_refused_before_the_work(folder, tmp_path, capsys) -> None:
+def test_an_invalid_address_is_refused_before_the_work(folder, tmp_path, capsys) -> None:
     words = ["export", str(folder), "--to", "iiif", "-o", str(tmp_path / "out"), "--url", "example.org"]
     assert main(words) == 2
     assert "--url: 'example.org'" in capsys.readouterr().err

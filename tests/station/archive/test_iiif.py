@@ -166,6 +166,6 @@ def test_an_address_of_a_folder_has_no_slash_at_its_end(text) -> None:
         "http://x/?",
     ],
 )
-def test_what_is_no_address_of_a_folder_is_refused(text) -> None:
+def test_an_invalid_address_of_a_folder_is_refused(text) -> None:
     with pytest.raises(UsageError, match=r"^--url: .* is not an address"):
         folder_address(text)

@@ -70,10 +70,10 @@ def test_a_batch_with_pages_set_aside_ends_with_a_code_of_its_own(scans, tmp_pat
     words = ["batch", str(scans), "-o", str(tmp_path / "out"), "-j", "1", "--json", *OPTIONS]
     for restored in (4, 0):  # and again when nothing was left to do
         assert main(words) == 7
-        told = json.loads(capsys.readouterr().out.splitlines()[-1])
-        assert (told["counts"].get("restored", 0), told["pages"]) == (restored, 5)
-        assert [page["name"] for page in told["set_aside"]] == ["broken.ply"]
-        assert told["set_aside"][0]["reasons"]
+        reported = json.loads(capsys.readouterr().out.splitlines()[-1])
+        assert (reported["counts"].get("restored", 0), reported["pages"]) == (restored, 5)
+        assert [page["name"] for page in reported["set_aside"]] == ["broken.ply"]
+        assert reported["set_aside"][0]["reasons"]
     (scans / "broken.ply").unlink()
     assert main(words) == 0
     assert json.loads(capsys.readouterr().out)["set_aside"] == []

@@ -101,7 +101,7 @@ def test_a_sub_folder_has_its_own_options(folder, tmp_path) -> None:
         plan_folder(folder, tmp_path / "out", RunOptions())
 
 
-def test_folders_of_the_same_name_are_told_apart() -> None:
+def test_folders_of_the_same_name_are_distinguished() -> None:
     assert check_names([Path("/a/x"), Path("/b/y")])
     assert not check_names([Path("/a/x"), Path("/b/x")])
 

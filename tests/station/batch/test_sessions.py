@@ -74,13 +74,13 @@ def test_every_page_has_a_verdict_also_those_of_a_batch_that_was_interrupted(ses
     batch(session, tmp_path / "out", [])
     with open_session(session) as writer:
         undo_run(writer, 2, VERDICT)
-    assert judged(session) == {1: True, 2: False, 3: True, 4: False}
+    assert checked(session) == {1: True, 2: False, 3: True, 4: False}
     html = batch(session, tmp_path / "out", []).read_text()
-    assert judged(session) == {1: True, 2: True, 3: True, 4: False}
+    assert checked(session) == {1: True, 2: True, 3: True, 4: False}
     assert sum(html.count(f"<b class='{level}'>") for level in LEVELS) == 3
 
 
-def judged(session) -> dict[int, bool]:
+def checked(session) -> dict[int, bool]:
     """Whether a page has a verdict."""
     return {page.number: VERDICT in page.runs for page in read_session(session).history.pages()}
 
@@ -112,7 +112,7 @@ def test_the_session_is_the_batchs_alone(session, tmp_path) -> None:
         batch(session, session / "out", [])
 
 
-def test_a_profile_is_none_of_a_sessions_options(session, tmp_path) -> None:
+def test_a_profile_is_not_an_option_of_a_session(session, tmp_path) -> None:
     with pytest.raises(UsageError, match="take no profile"):
         batch(session, tmp_path / "out", [], replace(QUICK, colours=b"icc"))
     assert not (tmp_path / "out").exists()
@@ -141,9 +141,9 @@ def test_a_session_in_a_folder_of_scans_is_left_out_and_named(session, tmp_path,
     session.rename(tmp_path / "all/a book")
     out = ["-o", str(tmp_path / "out")]
     assert main(["batch", str(tmp_path / "all"), *out, "-j", "1"]) == 0
-    told, summary, _ = capsys.readouterr().out.splitlines()
-    assert told.startswith("left out ")
-    assert told.endswith(f"planish batch '{tmp_path}/all/a book' -o OUT")
+    reported, summary, _ = capsys.readouterr().out.splitlines()
+    assert reported.startswith("left out ")
+    assert reported.endswith(f"planish batch '{tmp_path}/all/a book' -o OUT")
     assert summary == "0 restored, 0 set aside"
     assert restored(tmp_path / "all/a book") == []
     assert main(["batch", str(tmp_path / "all/a book/data"), *out]) == 2
@@ -152,6 +152,6 @@ def test_a_session_in_a_folder_of_scans_is_left_out_and_named(session, tmp_path,
     assert f"planish batch '{tmp_path}/all/a book' -o OUT" in hint
 
 
-def test_a_session_is_told_from_a_folder_of_scans(session, tmp_path) -> None:
+def test_a_session_is_distinguished_from_a_folder_of_scans(session, tmp_path) -> None:
     assert is_session(session)
     assert not is_session(tmp_path / "scans")

@@ -89,7 +89,7 @@ def pages(book: Path) -> list[Page]:
     return list(read_session(book).history.pages())
 
 
-def test_pages_are_shot_restored_judged_and_accepted(book, tiny_scan):
+def test_pages_are_shot_restored_checked_and_accepted(book, tiny_scan):
     lines = work(book, tiny_scan, Restorer(), " \n \nm")
     assert [(page.state, sorted(page.runs)) for page in pages(book)] == [("accepted", ["restore", "verdict"])] * 2
     assert "page 1 [1r]: GREEN  8 checks" in lines
@@ -98,7 +98,7 @@ def test_pages_are_shot_restored_judged_and_accepted(book, tiny_scan):
     assert pages(book)[0].runs["verdict"].facts["result"]["level"] == "green"
 
 
-def test_a_bad_shot_is_told_beside_its_limits_and_shot_again(book, tiny_scan):
+def test_a_bad_shot_is_reported_next_to_its_limits_and_shot_again(book, tiny_scan):
     restorer = Restorer()
     restorer.measures["blur_px"] = 2.0
     restorer.measures["hole_mm"] = 40.0
@@ -164,11 +164,11 @@ def test_undo_and_redo(book, tiny_scan):
     assert "there is nothing more" in work(book, tiny_scan, Restorer(), "U")
 
 
-@pytest.mark.parametrize(("crashes", "told"), [(1, "GREEN"), (2, "not restored: the program ended")])
-def test_a_crash_of_a_restoration_is_tried_again_once(book, tiny_scan, crashes, told):
+@pytest.mark.parametrize(("crashes", "reported"), [(1, "GREEN"), (2, "not restored: the program ended")])
+def test_a_crash_of_a_restoration_is_tried_again_once(book, tiny_scan, crashes, reported):
     restorer = Restorer()
     restorer.crashes = crashes
-    assert any(told in line for line in work(book, tiny_scan, restorer, " "))
+    assert any(reported in line for line in work(book, tiny_scan, restorer, " "))
 
 
 def test_a_fault_of_the_program_costs_one_page(book, tiny_scan):

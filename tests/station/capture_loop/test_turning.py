@@ -57,7 +57,7 @@ def test_an_earlier_page_lies_where_it_lay(folder, tiny_scan):
         assert place_of(writer.history, None) == Place(3, 0)
 
 
-def test_a_capture_that_was_taken_back_is_no_opening(folder, tiny_scan):
+def test_a_capture_that_was_undone_is_not_an_opening(folder, tiny_scan):
     with open_session(folder) as writer:
         for _ in range(2):
             add_scan(writer, tiny_scan, facts={"by": "a test"})

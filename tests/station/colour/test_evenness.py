@@ -30,7 +30,7 @@ def test_a_fall_off_is_found_wherever_it_leads(fall_off, way, seed):
     assert np.corrcoef(found.light, light)[0, 1] > 0.95
 
 
-def test_errors_of_the_patches_alone_are_no_lamp():
+def test_errors_of_the_patches_alone_are_not_a_lamp():
     rng = np.random.default_rng(3)
     found = [measure_evenness(WANTED * (1 + 2 * ERROR * rng.normal(size=24)), WANTED) is EVEN for _ in range(300)]
     assert np.mean(found) > 0.99

@@ -44,14 +44,14 @@ def error_mm(calibration) -> float:
 def test_a_body_is_calibrated_from_its_scans(scans, tmp_path, capsys) -> None:
     output = tmp_path / "body.toml"
     assert main(["calibrate", f"{scans[0]}@750", *scans[1:], "-o", str(output), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    reported = json.loads(capsys.readouterr().out)
     found = read_calibration(output)
     assert (found.lens, found.body, found.lens_serial) == ("MIDDLE", "77", "114")
-    assert told["calibration"]["focal_px"] == found.focal_px
-    assert told["markers_px"] < 0.15
-    assert told["sigma"]["pupil_mm"] < 2.0  # of the prior's 3: the measured distance was heard
+    assert reported["calibration"]["focal_px"] == found.focal_px
+    assert reported["markers_px"] < 0.15
+    assert reported["sigma"]["pupil_mm"] < 2.0  # of the prior's 3: the measured distance was heard
     assert error_mm(MANUAL) > 3.0
-    assert error_mm(found) < 4 * told["expected_mm"] < 4.0
+    assert error_mm(found) < 4 * reported["expected_mm"] < 4.0
     assert "4 captures" in output.read_text("utf-8")
 
 
@@ -64,7 +64,7 @@ def test_nothing_is_overwritten_unasked(scans, tmp_path, capsys) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "told"),
+    ("arguments", "code", "reported"),
     [
         (["nowhere.scan"], 3, "nowhere.scan"),
         (["nowhere.scan@610"], 3, "nowhere.scan"),
@@ -73,14 +73,16 @@ def test_nothing_is_overwritten_unasked(scans, tmp_path, capsys) -> None:
         (["{scan}", "--marker-size", "30"], 2, "overlap"),
     ],
 )
-def test_what_cannot_be_calibrated_from_is_refused(scans, tmp_path, monkeypatch, capsys, arguments, code, told) -> None:
+def test_what_cannot_be_calibrated_from_is_refused(
+    scans, tmp_path, monkeypatch, capsys, arguments, code, reported
+) -> None:
     monkeypatch.chdir(tmp_path)
     triangle = ("0 0 0", "1 0 0", "0 1 0")
     corners = "".join(f"vertex {corner}\n" for corner in triangle)
     (tmp_path / "mesh.stl").write_text(f"solid a\nfacet normal 0 0 1\nouter loop\n{corners}endloop\nendfacet\nendsolid")
     given = [argument.format(scan=scans[0]) for argument in arguments]
     assert main(["calibrate", *given, "-o", "body.toml"]) == code
-    assert told in capsys.readouterr().err
+    assert reported in capsys.readouterr().err
     assert not (tmp_path / "body.toml").exists()
 
 

@@ -49,8 +49,8 @@ def test_the_page_is_restored_as_a_scan_and_as_the_mesh_that_it_leaves(monkeypat
     assert runs == [("isometric", "page.scan"), ("isometric", "page-warped.obj")]
 
 
-@pytest.mark.parametrize(("count", "told"), [(0, "compiled already"), (7, "7 functions compiled")])
-def test_the_command_says_what_it_did(monkeypatch, capsys, count, told):
+@pytest.mark.parametrize(("count", "reported"), [(0, "compiled already"), (7, "7 functions compiled")])
+def test_the_command_says_what_it_did(monkeypatch, capsys, count, reported):
     monkeypatch.setattr(command, "compile_kernels", lambda: count)
     assert main(["compile"]) == 0
-    assert told in capsys.readouterr().out
+    assert reported in capsys.readouterr().out

@@ -87,14 +87,14 @@ def test_everything_is_there(whole, this_computer, capsys):
     assert {check.state for check in checks_of(whole).values()} == {"ok"}
 
 
-def test_a_bare_computer_is_told_where_to_begin(bare, this_computer, capsys):
+def test_a_bare_computer_is_shown_where_to_begin(bare, this_computer, capsys):
     this_computer(bare)
     assert main(["doctor", "--json"]) == 4
-    told = {check["name"]: check for check in json.loads(capsys.readouterr().out)}
-    assert {name for name, check in told.items() if check["state"] == "problem"} == {"sg", "scanner"}
-    assert "modprobe sg" in told["sg"]["hint"]
-    assert "laser barrier" in told["scanner"]["hint"]
-    assert told["serial port"]["state"] == "optional"
+    reported = {check["name"]: check for check in json.loads(capsys.readouterr().out)}
+    assert {name for name, check in reported.items() if check["state"] == "problem"} == {"sg", "scanner"}
+    assert "modprobe sg" in reported["sg"]["hint"]
+    assert "laser barrier" in reported["scanner"]["hint"]
+    assert reported["serial port"]["state"] == "optional"
 
 
 def test_every_problem_says_what_to_do_now(bare, whole):
@@ -184,7 +184,7 @@ def refused_bridge(error: int) -> SimulatedBridge:
     return bridge
 
 
-def test_a_bridge_that_may_not_be_used_is_told_by_devices(bare, this_computer, capsys):
+def test_a_bridge_that_may_not_be_used_is_reported_by_devices(bare, this_computer, capsys):
     bridge = refused_bridge(errno.EACCES)
     host = may_not(replace(bare, usb_devices=lambda: [usb.core.find(backend=bridge)]), "bus/usb")
     this_computer(host)
@@ -195,14 +195,14 @@ def test_a_bridge_that_may_not_be_used_is_told_by_devices(bare, this_computer, c
     assert "cannot be queried: cannot open the bridge: Permission denied" in out
     assert "udev rule" in out
     assert main(["devices", "--probe", "--json"]) == 0
-    (told,) = json.loads(capsys.readouterr().out)["unusable_bridges"]
-    assert "Permission denied" in told["problem"]
+    (reported,) = json.loads(capsys.readouterr().out)["unusable_bridges"]
+    assert "Permission denied" in reported["problem"]
     assert [
         check.state for check in run_checks(host, NameFilter(), lambda: [], probe=True) if check.name == "bridge"
     ] == ["problem"]
 
 
-def test_a_bridge_that_another_program_holds_is_told_by_doctor(bare):
+def test_a_bridge_that_another_program_holds_is_reported_by_doctor(bare):
     bridge = refused_bridge(errno.EBUSY)
     host = replace(bare, usb_devices=lambda: [usb.core.find(backend=bridge)])
     states = {
@@ -211,7 +211,7 @@ def test_a_bridge_that_another_program_holds_is_told_by_doctor(bare):
     assert "another program" in states["problem"].hint
 
 
-def test_probing_tells_every_scsi_id_before_it_waits_for_it(bare, this_computer, capsys):
+def test_probing_names_every_scsi_id_before_it_waits_for_it(bare, this_computer, capsys):
     this_computer(replace(bare, usb_devices=lambda: [usb.core.find(backend=SimulatedBridge(Scanner(), scsi_id=3))]))
     assert main(["devices", "--probe"]) == 0
     err = capsys.readouterr().err.splitlines()
@@ -226,7 +226,7 @@ def test_probing_tells_every_scsi_id_before_it_waits_for_it(bare, this_computer,
         (["eng", "deu"], "ok", ""),
     ],
 )
-def test_the_reader_of_words_is_no_device(whole, languages, state, hint):
+def test_the_reader_of_words_is_not_a_device(whole, languages, state, hint):
     check = checks_of(whole, languages)["tesseract"]
     assert (check.state, hint in check.hint) == (state, True)
 
@@ -252,36 +252,36 @@ def test_devices_are_listed(whole, this_computer, capsys):
     this_computer(whole)
     assert main(["devices"]) == 0
     out = capsys.readouterr().out
-    for told in ("/dev/sg0  MINOLTA VIVID 900 1.00  answers", "07af:0005 Microtech", "/dev/ttyUSB0  FT232R"):
-        assert told in out
+    for reported in ("/dev/sg0  MINOLTA VIVID 900 1.00  answers", "07af:0005 Microtech", "/dev/ttyUSB0  FT232R"):
+        assert reported in out
 
 
 def test_devices_as_json(whole, this_computer, capsys):
     this_computer(whole)
     assert main(["devices", "--json", "--probe"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [scanner["where"] for scanner in told["scanners"]] == [
+    reported = json.loads(capsys.readouterr().out)
+    assert [scanner["where"] for scanner in reported["scanners"]] == [
         "/dev/sg0", "Microtech USB-SCSI-HD50 (XpressSCSI), SCSI ID 5",
     ]  # fmt: skip
-    assert told["bridges"][0]["product_id"] == "0005"
-    assert told["serial_ports"][0]["node"] == "/dev/ttyUSB0"
+    assert reported["bridges"][0]["product_id"] == "0005"
+    assert reported["serial_ports"][0]["node"] == "/dev/ttyUSB0"
 
 
-def test_no_devices_is_no_fault(bare, this_computer, capsys):
+def test_a_computer_without_devices_is_not_an_error(bare, this_computer, capsys):
     this_computer(bare)
     assert main(["devices", "--rescan"]) == 0
     assert capsys.readouterr().out.count("none") == 4
 
 
-def test_what_a_scanner_is_called_can_be_told(whole, this_computer, capsys):
+def test_the_name_of_a_scanner_is_shown(whole, this_computer, capsys):
     this_computer(whole)
     assert main(["devices", "--json", "--vendor", "PLANISH"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["scanners"] == []
-    assert len(told["other_scsi"]) == 1
+    reported = json.loads(capsys.readouterr().out)
+    assert reported["scanners"] == []
+    assert len(reported["other_scsi"]) == 1
 
 
-def test_the_rules_that_come_along_are_those_that_doctor_asks_for(repository):
+def test_the_rules_that_are_bundled_are_those_that_doctor_asks_for(repository):
     lines = (repository / "configs/60-planish.rules").read_text().splitlines()
     rules = {line for line in lines if line and not line.startswith("#")}
     assert rules == {doctor.scsi_rule(NameFilter()), *(doctor.usb_rule(*numbers) for numbers in BRIDGES)}

@@ -71,8 +71,8 @@ def test_laser_and_stage_of_a_killed_run(tmp_path, killed, turning, capsys) -> N
 
 def test_the_stage_is_stopped_when_the_scanner_does_not_answer(tmp_path, turning, capsys) -> None:
     with listen() as listener:
-        nobody = listener.getsockname()[1]
-    config = station(tmp_path, SCANNER.format(port=nobody), STAGE.format(port=turning.port))
+        no_one = listener.getsockname()[1]
+    config = station(tmp_path, SCANNER.format(port=no_one), STAGE.format(port=turning.port))
     assert main(["park", "--config", config]) == 4
     assert stands(turning)
     assert capsys.readouterr().err.splitlines()[-1].strip() == LASER_MAY_BE_ON

@@ -61,21 +61,21 @@ def sent(device) -> set[str]:
 
 def test_blocks_are_shown_with_their_bytes_and_fields(station, device, capsys):
     assert main(["query", "--config", station(SIMULATED)]) == 0
-    told = capsys.readouterr().out.splitlines()
-    assert told[:2] == ["PLANISH SIM VIVID 900 0.9", f"profile {SIMULATED}: trusted"]
-    assert "  lens = 2 (MIDDLE)" in told
-    assert "  distance_mm = 1000" in told
-    assert any(line.startswith("read_parameters: 03 e8 00") for line in told)
+    reported = capsys.readouterr().out.splitlines()
+    assert reported[:2] == ["PLANISH SIM VIVID 900 0.9", f"profile {SIMULATED}: trusted"]
+    assert "  lens = 2 (MIDDLE)" in reported
+    assert "  distance_mm = 1000" in reported
+    assert any(line.startswith("read_parameters: 03 e8 00") for line in reported)
     assert not sent(device) & {"write_parameters", "release", "active_autofocus"}
 
 
 def test_a_draft_asks_and_says_what_is_missing(station, draft, device, capsys):
     assert main(["query", "--config", station(str(draft))]) == 0
-    told = capsys.readouterr().out
-    assert "not trusted" in told
-    assert "has to be found out: commands.write_parameters, commands.read_pitch" in told
-    assert "TEST UNIT READY reports: ready" in told
-    assert "distance_mm = 1000" in told
+    reported = capsys.readouterr().out
+    assert "not trusted" in reported
+    assert "has to be found out: commands.write_parameters, commands.read_pitch" in reported
+    assert "TEST UNIT READY reports: ready" in reported
+    assert "distance_mm = 1000" in reported
     assert sent(device) <= {"read_parameters", "12 00 00 00 24 00", "00 00 00 00 00 00", "03 00 00 00 12 00"}
 
 
@@ -86,9 +86,9 @@ def test_nothing_is_written_with_a_profile_that_is_not_trusted(command, code, st
     profile.write_text(whole.replace("trusted = true", "trusted = false"))
     output = ["-o", str(tmp_path / "out")] if command == "scan" else []
     assert main([command, "--config", station(str(profile)), *output]) == code
-    told = capsys.readouterr().err
-    assert "not trusted yet" in told
-    assert "trusted = true" in told
+    reported = capsys.readouterr().err
+    assert "not trusted yet" in reported
+    assert "trusted = true" in reported
     assert not sent(device) & {"write_parameters", "release", "active_autofocus", "passive_autofocus", "read_pitch"}
 
 
@@ -113,6 +113,6 @@ def test_the_simulated_station_answers_too(tmp_path, capsys):
     config = tmp_path / "simulated.toml"
     config.write_text('[scanner]\ndriver = "simulated"\nprofile = "variants/no-status"\n')
     assert main(["query", "--config", str(config)]) == 0
-    told = capsys.readouterr().out
-    assert "profile no-status: trusted" in told
-    assert "without commands.status: TEST UNIT READY is polled" in told
+    reported = capsys.readouterr().out
+    assert "profile no-status: trusted" in reported
+    assert "without commands.status: TEST UNIT READY is polled" in reported

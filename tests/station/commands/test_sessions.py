@@ -92,7 +92,7 @@ def test_a_session_that_was_moved_is_entered_by_opening_it(place, capsys):
     assert entry["folder"] == str(place / "elsewhere")
 
 
-def test_a_session_that_is_gone_is_told_and_listed_so(place, capsys):
+def test_a_session_that_is_gone_is_reported_and_listed_so(place, capsys):
     shutil.move(place / "book", place / "elsewhere")
     capsys.readouterr()
     for words in (["session", "show"], ["verify"], ["export", "--to", "tiff", "-o", "out"]):
@@ -104,7 +104,7 @@ def test_a_session_that_is_gone_is_told_and_listed_so(place, capsys):
     assert "planish reindex FOLDER enters it" in capsys.readouterr().err
 
 
-def test_damage_is_told_and_mended(place, capsys):
+def test_damage_is_reported_and_repaired(place, capsys):
     record = place / "book/data/0002-000003-capture/event.json"
     record.chmod(0o644)
     record.write_bytes(b"x" + record.read_bytes())
@@ -118,7 +118,7 @@ def test_damage_is_told_and_mended(place, capsys):
     assert "all files are as they were written" in capsys.readouterr().out
 
 
-def test_damage_that_only_a_copy_can_mend(place, capsys):
+def test_damage_that_only_a_copy_can_repair(place, capsys):
     shutil.copytree(place / "book", place / "copy")
     for path in place.glob("book/data/*/original/a.scan/texture.png"):
         path.unlink()
@@ -177,13 +177,13 @@ def test_a_scan_below_a_path_that_is_not_utf8_is_added(place, capsys):
     assert main(["verify", "book"]) == 0
 
 
-def test_the_next_command_is_told_as_it_is_typed(place, capsys):
+def test_the_next_command_is_reported_as_it_is_typed(place, capsys):
     capsys.readouterr()
     assert main(["session", "new", "a book"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "capture its pages with: planish capture 'a book'"
 
 
-def test_a_second_writer_is_told_who_holds_the_session(place, capsys):
+def test_a_second_writer_is_shown_who_holds_the_session(place, capsys):
     with open_session(place / "book"):
         assert main(["session", "undo", "book"]) == 2
         assert "in use by another run" in capsys.readouterr().err

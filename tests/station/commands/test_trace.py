@@ -51,9 +51,9 @@ def test_as_json(capture, capsys):
 def test_a_draft_is_written_and_not_overwritten(capture, tmp_path, capsys):
     draft = tmp_path / "my-vivid900.toml"
     assert main(["trace", str(capture), "--draft", str(draft)]) == 0
-    told = tomllib.loads(draft.read_text("utf-8"))
-    assert told["name"] == "my-vivid900"
-    assert told["firmware"] == {"vendor": "MINOLTA", "product": "VIVID 900", "revisions": ["1.00"]}
+    reported = tomllib.loads(draft.read_text("utf-8"))
+    assert reported["name"] == "my-vivid900"
+    assert reported["firmware"] == {"vendor": "MINOLTA", "product": "VIVID 900", "revisions": ["1.00"]}
     draft.write_text("worked on for days")
     assert main(["trace", str(capture), "--draft", str(draft)]) == 2
     assert draft.read_text() == "worked on for days"
@@ -64,8 +64,8 @@ def test_a_draft_is_written_and_not_overwritten(capture, tmp_path, capsys):
 def test_a_damaged_capture_is_bad_input(capture, tmp_path, capsys):
     capture.write_bytes(capture.read_bytes()[:60])
     assert main(["trace", str(capture), "--draft", str(tmp_path / "draft.toml")]) == 3
-    told, hint = capsys.readouterr().err.splitlines()
-    assert told.startswith("planish: ")
+    reported, hint = capsys.readouterr().err.splitlines()
+    assert reported.startswith("planish: ")
     assert "capture" in hint
     assert not (tmp_path / "draft.toml").exists()
 

@@ -64,7 +64,7 @@ def test_the_narrowest_kind_is_shown(error, kind):
     assert shown(error) == kind
 
 
-def test_the_server_s_own_sentence_stays_beside_the_kinds():
+def test_the_server_s_own_sentence_stays_next_to_the_kinds():
     problem = problem_of(DeadlineExceeded("no answer within 120 s", "look at its panel"))
     assert (problem["text"], problem["hint"]) == ("no answer within 120 s", "look at its panel")
     assert problem["kinds"][:2] == ["deadline_exceeded", "transport_error"]

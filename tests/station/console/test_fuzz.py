@@ -153,7 +153,7 @@ CHANGES: tuple[Callable[[Path, random.Random], None], ...] = (change_bytes, chan
     ("count", "seed"),
     [(SHORT, 10), *(pytest.param(PORTION, seed, marks=pytest.mark.slow) for seed in range(PORTIONS))],
 )
-def test_a_changed_session_is_no_fault_of_the_server(whole, tmp_path, count, seed) -> None:
+def test_a_changed_session_is_not_an_error_of_the_server(whole, tmp_path, count, seed) -> None:
     """It is opened, looked at, verified and exported, by the same calls as the jobs of the server."""
     chance = random.Random(seed)
     before = psutil.Process().memory_info().rss

@@ -55,7 +55,7 @@ def test_what_cannot_be_served_is_refused_before_any_work(root, capsys, options,
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "0", "", "0x0", "0.0", "::", "::ffff:0.0.0.0"])
-def test_every_address_is_none_however_it_is_written(host):
+def test_every_invalid_address_is_refused_however_it_is_written(host):
     address = Address(host, 0, Path("a"), Path("b"))
     check_address(address)
     with pytest.raises(UsageError, match="that is every address"):

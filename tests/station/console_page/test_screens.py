@@ -159,9 +159,9 @@ def test_the_preview_shows_what_it_is_for(show, canned):
     canned.preview = preview()
     page = show(canned)
     page.get_by_role("button", name="Preview").first.click()
-    told = page.locator(".aids").inner_text()
+    reported = page.locator(".aids").inner_text()
     for text in ("White 0.21 %", "842 mm", "962 mm", "Measured from 861 to 931 mm", "Focus 0.82 px", "clipped 0.25 %"):
-        assert text in told
+        assert text in reported
     overlay = page.locator(".overlay")
     assert overlay.is_visible()
     page.get_by_role("button", name="Aids").click()
@@ -299,14 +299,14 @@ def test_a_dense_scan_turns_and_a_page_falls_flat(show, canned):
     page.get_by_text("307,200 measured points").wait_for()
     page.get_by_role("button", name="Turn the model").click()
     assert page.evaluate(COUNT_FRAMES, TURNING_MS) > LOOSE_FPS
-    for kind, told in {"Mesh": "15,", "Strain": "15,", "Falling flat": "8 recorded steps"}.items():
+    for kind, reported in {"Mesh": "15,", "Strain": "15,", "Falling flat": "8 recorded steps"}.items():
         kinds.get_by_role("button", name=kind).click()
-        page.locator(".model-told", has_text=told).wait_for()
+        page.locator(".model-told", has_text=reported).wait_for()
     page.get_by_role("slider", name="How far").fill("1")
     assert page.get_by_role("slider", name="How far").input_value() == "1"
 
 
-def test_a_second_window_watches_and_is_told_why(show, canned):
+def test_a_second_window_watches_and_is_shown_why(show, canned):
     page = show(canned)
     canned.change(control={"tab": "x" * 32, "since": "2026-03-02T09:00:00Z", "agent": "Firefox on Linux"})
     page.get_by_text("This window only watches.").wait_for()
@@ -320,7 +320,7 @@ def test_a_second_window_watches_and_is_told_why(show, canned):
     assert [path for path, _ in canned.pressed] == ["/api/control"]
 
 
-def test_a_lost_connection_is_told_and_found_again(show, canned):
+def test_a_lost_connection_is_reported_and_found_again(show, canned):
     page = show(canned)
     page.context.set_offline(True)
     page.get_by_text("No connection to Planish.").first.wait_for()

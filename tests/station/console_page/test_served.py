@@ -139,9 +139,9 @@ def lost(page: Page) -> None:
 
 def back(page: Page) -> None:
     """Wait until a page says that it was without its server, and for how long."""
-    told = page.locator(".notice", has_text="Planish answers again.")
-    told.wait_for()
-    assert re.search(r"Nothing was heard of it for \d+ s\.", told.inner_text())
+    reported = page.locator(".notice", has_text="Planish answers again.")
+    reported.wait_for()
+    assert re.search(r"Nothing was heard of it for \d+ s\.", reported.inner_text())
     page.get_by_text("No connection to Planish.").first.wait_for(state="detached")
 
 

@@ -26,17 +26,17 @@ __all__ = ["console"]
 PAGES = 10
 
 
-def judged(page: Page, number: int) -> str:
+def checked(page: Page, number: int) -> str:
     """The level of a page, when its verdict is on the screen."""
     from playwright.sync_api import TimeoutError as TookTooLong
 
-    judged_card = f"#strip-{number}[data-level]:not([data-level='']):not([data-busy])"
+    checked_card = f"#strip-{number}[data-level]:not([data-level='']):not([data-busy])"
     try:
-        page.wait_for_selector(judged_card, timeout=WAIT_MS)
+        page.wait_for_selector(checked_card, timeout=WAIT_MS)
     except TookTooLong as error:
-        told = page.evaluate("fetch('/api/pages').then((answer) => answer.json())")["pages"]
+        reported = page.evaluate("fetch('/api/pages').then((answer) => answer.json())")["pages"]
         card = page.locator(f"#strip-{number}").evaluate("(card) => card.outerHTML")
-        raise AssertionError(f"the server says {told[number - 1]}, the screen {card}") from error
+        raise AssertionError(f"the server says {reported[number - 1]}, the screen {card}") from error
     page.wait_for_selector(".light", timeout=WAIT_MS)
     return str(page.locator(f"#strip-{number}").get_attribute("data-level"))
 
@@ -54,10 +54,10 @@ def test_a_shift_with_a_crash_in_the_middle(browser: Any, console: Console) -> N
         begin(page)
         for number in (1, 2):
             shoot(page, number)
-            assert judged(page, number) == "green"
+            assert checked(page, number) == "green"
             accept(page, number)
         shoot(page, 3)
-        assert judged(page, 3) == "red"
+        assert checked(page, 3) == "red"
         page.locator(".light:first-child", has_text="Focus again").wait_for()
         shoot(page, 3, "r")
         page.wait_for_selector("#strip-3[data-level=green]", timeout=WAIT_MS)
@@ -79,18 +79,18 @@ def test_a_shift_with_a_crash_in_the_middle(browser: Any, console: Console) -> N
         assert "4, 5" in recovered
         page.get_by_role("button", name="Continue capturing").click()
         for number in (4, 5):
-            assert judged(page, number) == "green"
+            assert checked(page, number) == "green"
         for number in range(6, PAGES + 1):
             shoot(page, number)
         for number in range(4, PAGES + 1):
-            judged(page, number)
+            checked(page, number)
             page.locator(f"#strip-{number}").click()
             accept(page, number)
         export(page)
     console.kill(signal.SIGTERM)
     session = read_session(console.folder / "missale-romanum")
-    told = overview(session)["pages"]
-    assert [one["state"] for one in told] == ["accepted"] * PAGES
+    reported = overview(session)["pages"]
+    assert [one["state"] for one in reported] == ["accepted"] * PAGES
     assert verify(session.folder).problems == ()
 
 

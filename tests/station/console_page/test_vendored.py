@@ -124,7 +124,7 @@ def test_a_file_that_the_package_lacks_leaves_what_was_there(page):
     assert vendored.missing_files(page) == []
 
 
-def test_an_icon_that_is_no_picture_is_an_error():
+def test_an_icon_that_is_not_a_picture_is_an_error():
     with pytest.raises(UsageError, match="camera"):
         vendored.icon_symbol("camera", "<html>")
 

@@ -73,7 +73,7 @@ def test_the_setting_reaches_the_library_and_implies_a_master(library, scan_file
 @pytest.mark.parametrize(
     "options", [["--white-balance", "papper"], ["--white-balance", "warm.icc", "--icc-profile", "warm.icc"]]
 )
-def test_what_is_no_white_is_refused_before_any_work(library, scan_file, tmp_path, monkeypatch, options, capsys):
+def test_an_invalid_white_is_refused_before_any_work(library, scan_file, tmp_path, monkeypatch, options, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "warm.icc").write_bytes(WARM)
     assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), *options]) == 2

@@ -28,7 +28,7 @@ def codes():
     return np.random.default_rng(3).integers(0, 256, (32, 32, 3), np.uint8)
 
 
-def test_srgb_is_what_others_take_for_srgb(codes):
+def test_srgb_is_that_of_other_programs(codes):
     theirs = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
     assert np.abs(transformed(srgb_profile(), theirs, codes) - codes).max() <= CODE
 
@@ -38,7 +38,7 @@ def test_white_is_the_white_of_all_profiles():
     np.testing.assert_allclose(adaptation(D65) @ D65, D50, atol=1e-12)
 
 
-def test_another_matrix_and_curve_change_colours_as_told(codes):
+def test_another_matrix_and_curve_change_colours_as_given(codes):
     swapped = MatrixProfile("red for blue", srgb_matrix()[:, ::-1], ((1.0, 1.0, 0.0, 1.0, 0.0),) * 3, kind="scnr")
     there = transformed(encode_profile(swapped), srgb_profile(), codes)
     light = codes[..., ::-1] / 255

@@ -29,7 +29,7 @@ def xmp_of(packet: bytes) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("profile", [None, OTHER])
-def test_png_tells_of_its_making(page, profile):
+def test_png_records_its_making(page, profile):
     with Image.open(io.BytesIO(encode_png(page.image, 150, ImageMetadata.from_provenance(SHOT, profile)))) as file:
         exif = file.getexif()
         assert file.info["icc_profile"] == (profile or srgb_profile())
@@ -42,7 +42,7 @@ def test_png_tells_of_its_making(page, profile):
     assert details[ExifTags.Base.OffsetTimeOriginal] == "+00:00"
 
 
-def test_tiff_tells_of_its_making(page):
+def test_tiff_records_its_making(page):
     with tifffile.TiffFile(
         io.BytesIO(encode_tiff(page.image, 150.0, ImageMetadata.from_provenance(SHOT, OTHER)))
     ) as file:
@@ -61,7 +61,7 @@ def test_tiff_tells_of_its_making(page):
 
 
 @pytest.mark.parametrize("shot", [{}, {"time": "yesterday", "device": None}, {"time": 5}])
-def test_what_is_not_known_is_not_told(page, shot):
+def test_unknown_values_are_not_written(page, shot):
     metadata = ImageMetadata.from_provenance(shot)
     assert metadata.time is None
     assert "CreateDate" not in xmp_of(metadata.xmp())
@@ -86,7 +86,7 @@ def test_a_profile_reaches_every_file_of_the_page(library, scan_file, tmp_path):
 @pytest.mark.parametrize(
     "data", [b"", b"words", OTHER[:-1], OTHER[:16] + b"CMYK" + OTHER[20:], OTHER[:36] + b"none" + OTHER[40:]]
 )
-def test_what_is_no_profile_is_refused_before_any_work(library, scan_file, tmp_path, capsys, data):
+def test_what_is_not_a_profile_is_refused_before_any_work(library, scan_file, tmp_path, capsys, data):
     (tmp_path / "camera.icc").write_bytes(data)
     with pytest.raises(BadInput):
         read_profile(tmp_path / "camera.icc")

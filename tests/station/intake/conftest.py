@@ -40,8 +40,8 @@ class Library:
         stem: str | None = None,
     ) -> Outcome:
         data = source.read_bytes()
-        beside = tuple(sorted(str(path.relative_to(source.parent)) for path in source.parent.rglob("*.*")))
-        self.calls.append((source.name, options.outputs, options.settings, beside))
+        adjacent = tuple(sorted(str(path.relative_to(source.parent)) for path in source.parent.rglob("*.*")))
+        self.calls.append((source.name, options.outputs, options.settings, adjacent))
         self.units[source.name] = options.unit
         if self.fault is not None:
             raise self.fault

@@ -92,7 +92,7 @@ def test_a_writer_is_seen_in_this_process_and_in_another(tmp_path: Path, leases:
     assert not has_writer(path)
 
 
-def test_what_the_kernel_does_not_tell_is_no_writer(tmp_path: Path) -> None:
+def test_a_writer_that_the_kernel_does_not_list_does_not_count(tmp_path: Path) -> None:
     assert not has_writer(tmp_path / "gone")
     path, answers = tmp_path / "a.obj", []
     with path.open("wb"):

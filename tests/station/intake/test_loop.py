@@ -263,7 +263,7 @@ def test_a_file_that_may_not_be_read_is_set_aside_once(station, monkeypatch) -> 
     assert "Permission denied" in next(iter(station.notes().values()))
 
 
-def test_a_share_that_is_gone_for_a_while_is_waited_for(station, monkeypatch) -> None:
+def test_a_network_drive_that_is_gone_for_a_while_is_waited_for(station, monkeypatch) -> None:
     station.put("page.glb")
     watch = station.watch()
 
@@ -280,7 +280,7 @@ def test_a_share_that_is_gone_for_a_while_is_waited_for(station, monkeypatch) ->
     assert kinds(station) == ["waiting", "waiting", "restored"]  # told once each
 
 
-def test_a_file_that_vanishes_is_no_fault(station) -> None:
+def test_a_file_that_vanishes_is_not_a_fault(station) -> None:
     watch = station.watch()
     path = station.put("page.glb")
     station.pass_time(watch, 2.0)
@@ -289,7 +289,7 @@ def test_a_file_that_vanishes_is_no_fault(station) -> None:
     assert station.events == []
 
 
-def test_results_below_the_watched_folder_are_no_scans(station) -> None:
+def test_results_below_the_watched_folder_are_not_scans(station) -> None:
     station.out = station.folder / "results"
     station.put("page.glb")
     station.put("results/page-flat.obj")
@@ -325,7 +325,7 @@ def test_a_session_in_the_folder_is_named_once_and_left_alone(station) -> None:
     assert station.library.calls == []
 
 
-def test_a_session_is_no_folder_to_watch(station) -> None:
+def test_a_session_is_not_a_folder_to_watch(station) -> None:
     create_session(station.folder / "book", Volume(title="A book"))
     station.folder = station.folder / "book/data"
     with pytest.raises(UsageError, match="not a folder of scans"):
@@ -346,7 +346,7 @@ def test_a_long_name_is_restored_or_set_aside_as_any_other(station, bytes_) -> N
 
 
 @pytest.mark.parametrize("first", ["x.glb", "x/x.png/y.glb"])
-def test_results_that_would_be_in_the_way_of_each_other_lie_beside(station, first) -> None:
+def test_results_that_would_collide_get_folders_of_their_own(station, first) -> None:
     """The page of x is `x/x.png`, where the results of the folder `x/x.png` would lie."""
     station.put(first)
     station.run()

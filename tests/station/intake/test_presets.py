@@ -37,20 +37,20 @@ def test_the_unit_is_that_of_meshes_alone(station) -> None:
     [b"dpi = 1\n", b"colour = 1\n", b'outputs = ["gold"]\n', b"dpi =\n", b"\xff", b"outputs = 3\n"]
     + [b'unit = "ell"\n'],
 )
-def test_a_mistake_is_told_once_and_scans_wait_until_it_is_mended(station, text: bytes) -> None:
+def test_a_mistake_is_reported_once_and_scans_wait_until_it_is_repaired(station, text: bytes) -> None:
     watch = station.watch()
     preset = station.put("sub/planish.toml", text)
     station.put("sub/page.glb")
     station.pass_time(watch, 20.0)
-    (told,) = station.events
-    assert told[0] == "waiting"
-    assert "planish.toml" in told[2]
+    (reported,) = station.events
+    assert reported[0] == "waiting"
+    assert "planish.toml" in reported[2]
     preset.write_bytes(b"dpi = 300\n")
     station.pass_time(watch, 10.0)
     assert [settings.dpi for _, _, settings, _ in station.library.calls] == [300]
 
 
-def test_all_mistakes_of_a_preset_are_told_at_once(station) -> None:
+def test_all_mistakes_of_a_preset_are_reported_at_once(station) -> None:
     station.put("planish.toml", b'dpi = 1\nsize = 2\noutputs = ["gold"]\nlanguage = 3\n')
     station.put("page.glb")
     with pytest.raises(UsageError) as caught:
@@ -59,7 +59,7 @@ def test_all_mistakes_of_a_preset_are_told_at_once(station) -> None:
         assert key in str(caught.value)
 
 
-def test_nobody_waits_for_a_mistake_with_once(station) -> None:
+def test_once_does_not_wait_for_a_mistake(station) -> None:
     station.put("planish.toml", b"dpi = 1\n")
     station.put("page.glb")
     with pytest.raises(UsageError, match="dpi"):

@@ -32,7 +32,7 @@ def png_chunk(data: bytes, name: bytes) -> bytes:
 
 
 @pytest.mark.parametrize("dpi", [30, 150, 300, 1200])
-def test_png_tells_its_resolution(page, dpi):
+def test_png_shows_its_resolution(page, dpi):
     data = encode_png(page.image, dpi)
     x, y, unit = struct.unpack(">IIB", png_chunk(data, b"pHYs"))
     assert (x, unit) == (y, 1)  # 1: pixels a metre
@@ -40,11 +40,11 @@ def test_png_tells_its_resolution(page, dpi):
     np.testing.assert_array_equal(np.asarray(Image.open(io.BytesIO(data))), page.image)
 
 
-def test_png_without_a_scale_tells_none(page):
+def test_png_without_a_scale_has_no_resolution(page):
     assert b"pHYs" not in encode_png(page.image)
 
 
-def test_tiff_tells_its_resolution(page):
+def test_tiff_shows_its_resolution(page):
     with tifffile.TiffFile(io.BytesIO(encode_tiff(page.image, 150.0))) as file:
         tags = file.pages[0].tags
         assert tags["XResolution"].value == tags["YResolution"].value == (150, 1)
@@ -60,7 +60,7 @@ def test_map_has_two_channels_of_float32(page):
     np.testing.assert_array_equal(data, page_map)
 
 
-def test_map_of_a_page_from_photographs_tells_the_source_of_every_pixel(page):
+def test_map_of_a_page_from_photographs_shows_the_source_of_every_pixel(page):
     page_map, source = page.page_map.copy(), np.zeros(page.mask.shape, np.uint8)
     source[:, 5:] = 2
     page_map[0, 0], source[0, 0] = np.nan, 255
@@ -163,11 +163,11 @@ def test_summary_of_a_page_without_edges_says_that_its_resolution_cannot_be_meas
     assert "53 pixels per inch; what they resolve cannot be measured" in text
 
 
-@pytest.mark.parametrize(("integrity", "told"), [*INTEGRITY.items(), ("unknown", "")])
-def test_summary_tells_how_sure_the_samples_are(page, integrity, told):
+@pytest.mark.parametrize(("integrity", "reported"), [*INTEGRITY.items(), ("unknown", "")])
+def test_summary_shows_how_reliable_the_samples_are(page, integrity, reported):
     text = summary({**page.report, "source": {"integrity": integrity}, "peak_memory_mb": 512.0}, [])
-    assert ("samples" in text) == bool(told)
-    assert told in text
+    assert ("samples" in text) == bool(reported)
+    assert reported in text
 
 
 def test_summary_says_how_well_size_and_places_are_known(page):
@@ -180,7 +180,7 @@ def test_summary_says_how_well_size_and_places_are_known(page):
     assert "not estimated: it is a mesh" in summary({**report, "uncertainty_mm": {"reason": "it is a mesh"}}, [])
 
 
-def test_summary_tells_what_a_photograph_gave(page):
+def test_summary_shows_what_a_photograph_gave(page):
     used = {"accepted": True, "textured_fraction": 0.98, "resolved_ppi": 486.2, "residual_px": 0.62}
     photos = [{"name": "window.jpg", **used}, {"name": "other.jpg", "accepted": False, "reason": "it is blank"}]
     said = {

@@ -60,7 +60,7 @@ def test_the_seconds_of_a_scan(library, scanner, tmp_path):
     assert (seconds["capture"], seconds["store"], seconds["separate"], seconds["total"]) == (1, 1, 1, 4)
 
 
-def test_the_report_tells_where_the_page_came_from_and_went(library, scan_file, tmp_path):
+def test_the_report_names_input_and_output(library, scan_file, tmp_path):
     texture = tmp_path / "colour.png"
     outcome = restore_file(scan_file, Destination(tmp_path / "out"), RunOptions(), texture=texture)
     assert (outcome.report["scan"], outcome.report["texture"]) == (str(scan_file), str(texture))
@@ -121,7 +121,7 @@ def test_a_page_that_loses_its_light_leaves_its_master(library, scan_file, tmp_p
         assert ("book-master.png" in outcome.report["files"]) == expected
 
 
-def test_with_force_a_captured_scan_is_kept_and_the_new_one_stored_beside_it(library, scanner, tmp_path):
+def test_with_force_a_captured_scan_is_kept_and_the_new_one_stored_next_to_it(library, scanner, tmp_path):
     first = scan_page(CONFIG, Destination(tmp_path), RunOptions())
     before = {path.name: path.read_bytes() for path in first.files[0].iterdir()}
     second = scan_page(CONFIG, Destination(tmp_path, force=True), RunOptions())

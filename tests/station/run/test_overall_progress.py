@@ -32,7 +32,7 @@ def test_other_stages_count_nothing():
 
 
 @given(st.lists(st.tuples(st.sampled_from(sorted(STAGES)), st.floats(0, 1)), max_size=12))
-def test_the_share_never_falls(calls):
+def test_the_fraction_never_falls(calls):
     shares = reported(calls)
     assert shares == sorted(shares)
     assert all(0 <= share <= 1 for share in shares)
@@ -56,5 +56,5 @@ def test_pairs_of_photographs_grow_with_the_square():
         (30.0, 0.999, ""),
     ],
 )
-def test_the_time_left_is_told_as_exactly_as_it_is_known(elapsed, share, text):
+def test_the_time_left_is_as_precise_as_it_is_known(elapsed, share, text):
     assert time_left(elapsed, share) == text

@@ -46,7 +46,7 @@ def test_a_scan_folder_is_never_written_into(folder):
             check_outputs([out / "page.png", out / "page.json"], [folder], force=True)
 
 
-def test_beside_an_original_force_overwrites_only_what_a_run_wrote(folder):
+def test_next_to_an_original_force_overwrites_only_what_a_run_wrote(folder):
     with pytest.raises(OverwriteError, match="no earlier run wrote it"):
         check_outputs(outputs(folder), [folder / "book.obj"], force=True)
     (folder / "book.json").write_text(json.dumps({"files": ["book.png", "book.json"]}))
@@ -81,7 +81,7 @@ def test_a_disk_that_does_not_give_the_report_ends_the_run(folder, monkeypatch):
         superseded(report, possible, [])
 
 
-def test_what_is_no_report_supersedes_nothing(folder):
+def test_what_is_not_a_report_supersedes_nothing(folder):
     (folder / "book.json").mkdir()
     assert superseded(folder / "book.json", [folder / "book.png"], []) == []
     assert superseded(folder / "none.json", [folder / "book.png"], []) == []

@@ -111,10 +111,10 @@ def test_two_photographs_are_refused(noise, tmp_path, capsys):
 def test_photographs_of_nothing_are_refused(noise, tmp_path, capsys):
     pytest.importorskip("pycolmap")
     assert main(["photos", *map(str, noise), "-o", str(tmp_path / "out")]) == 5
-    told = capsys.readouterr().err
-    assert "0 of 3 photographs join" in told
+    reported = capsys.readouterr().err
+    assert "0 of 3 photographs join" in reported
     assert all(
-        f"{name}.jpg: it shows nothing that another photograph shows" in told for name in ("one", "two", "three")
+        f"{name}.jpg: it shows nothing that another photograph shows" in reported for name in ("one", "two", "three")
     )
     assert not (tmp_path / "out").exists()
 
@@ -215,9 +215,9 @@ def test_another_size_is_refused_by_name(noise, tmp_path, capsys):
         cropped = picture.crop((0, 0, 100, 100))
     cropped.save(tmp_path / "cropped.jpg")
     assert main(["photos", *map(str, noise[:2]), str(tmp_path / "cropped.jpg"), "-o", str(tmp_path / "out")]) == 3
-    told = capsys.readouterr().err
-    assert "cropped.jpg 100 × 100" in told
-    assert "one camera" in told
+    reported = capsys.readouterr().err
+    assert "cropped.jpg 100 × 100" in reported
+    assert "one camera" in reported
 
 
 def test_results_are_not_overwritten_unasked(noise, tmp_path, capsys):

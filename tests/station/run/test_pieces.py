@@ -155,12 +155,12 @@ def test_of_a_shot_the_largest_is_the_page_with_a_warning():
     assert [sheet.suffix for sheet in select_sheets(shot_of_two(), Sheets.SEPARATE)] == ["-1", "-2"]
 
 
-def test_pieces_of_a_shot_cannot_be_laid_out_together():
+def test_pieces_of_a_shot_cannot_be_packed_together():
     with pytest.raises(BadInput, match="2 pieces cannot be packed"):
         select_sheets(shot_of_two(), Sheets.TOGETHER)
 
 
-def test_a_piece_that_is_no_page_is_left_out_with_its_reason(two_sheets, tmp_path, capsys):
+def test_a_piece_that_is_not_a_page_is_left_out_with_its_reason(two_sheets, tmp_path, capsys):
     """A closed surface, such as the weight on a corner, costs the other pieces nothing."""
     ball = trimesh.creation.icosphere(subdivisions=3, radius=50.0)
     (right, faces), closed = curl(*RIGHT_MM, 400.0), ball.vertices + (100.0, 60.0, -800.0)

@@ -98,15 +98,15 @@ def test_views_are_taken_kept_merged_and_restored(tmp_path, library, stage, merg
 
 
 @pytest.mark.parametrize("merges", [False, True])
-def test_what_was_captured_before_a_fault_is_kept_and_told_of(tmp_path, library, stage, merged, merges) -> None:
+def test_what_was_captured_before_a_fault_is_kept_and_reported(tmp_path, library, stage, merged, merges) -> None:
     stage.fault_at = 2 if merges else 1
-    with pytest.raises(DeviceError, match="stuck") as told:
+    with pytest.raises(DeviceError, match="stuck") as reported:
         scan_views(CONFIG, Destination(tmp_path), RunOptions(), turns=3)
     kept = sorted(path.name for path in tmp_path.iterdir())
     assert kept == [f"page-view-{number}.scan" for number in range(1, stage.fault_at + 1)]
     assert stage.did[-1] == "stop"
-    assert f"{stage.fault_at} views are safe" in told.value.__notes__[0]
-    assert ("planish merge" if merges else "planish restore") in told.value.__notes__[0]
+    assert f"{stage.fault_at} views are safe" in reported.value.__notes__[0]
+    assert ("planish merge" if merges else "planish restore") in reported.value.__notes__[0]
 
 
 def test_stored_views_are_merged_as_they_would_have_been(tmp_path, library, stage, merged) -> None:
@@ -138,7 +138,7 @@ def test_nothing_moves_before_it_is_sure_that_nothing_is_overwritten(tmp_path, l
 @pytest.mark.parametrize(
     ("stage_settings", "missing"), [(None, "no turntable"), (TurntableSettings(model="MMC-2", port="x"), "axis is")]
 )
-def test_a_stage_and_its_axis_must_be_told(tmp_path, stage_settings, missing) -> None:
+def test_a_turntable_and_its_axis_are_required(tmp_path, stage_settings, missing) -> None:
     config = CONFIG.model_copy(update={"turntable": stage_settings})
     with pytest.raises(UsageError, match=missing):
         scan_views(config, Destination(tmp_path / "out"), RunOptions(), turns=2)

@@ -239,7 +239,7 @@ def test_a_journal_that_the_disk_does_not_give_back_is_the_disks_fault(tmp_path,
 
 
 @pytest.mark.parametrize("damage", ["{", "[]", '{"put": ["../a"], "removed": [], "before": []}', "[" * 100_000])
-def test_a_damaged_journal_is_told_and_touches_nothing(tmp_path, damage):
+def test_a_damaged_journal_is_reported_and_touches_nothing(tmp_path, damage):
     (tmp_path / "inner" / WORK).mkdir(parents=True)
     (tmp_path / "a").write_bytes(b"outside")
     (tmp_path / "inner" / WORK / JOURNAL).write_text(damage)

@@ -34,7 +34,7 @@ def test_what_lies_in_a_session_is_found_also_by_a_link(session, tmp_path) -> No
     assert not is_session(session / "data")
 
 
-def test_a_session_and_what_lies_in_it_are_told_apart(session) -> None:
+def test_a_session_and_what_lies_in_it_are_distinguished(session) -> None:
     with pytest.raises(UsageError, match=f"{session} is a session$"):
         refuse_session(session)
     with pytest.raises(UsageError, match=f"x lies in the session {session}$"):

@@ -61,6 +61,6 @@ def test_a_question_is_amber_and_a_doubt_red():
     assert all(one.level == level_of(one.value, one.limits) for one in found)
 
 
-def test_nothing_to_judge_is_green():
+def test_nothing_to_check_is_green():
     assert worst([]) == "green"
     assert check_measures({"fingerprint": picture(1)}, Thresholds(), {})[0] == "green"

@@ -28,7 +28,7 @@ def test_the_blur_of_edges_is_that_of_the_lens(sigma):
     assert blur_px(page, np.ones(page.shape[:2], bool)) == pytest.approx(sigma, rel=BLUR_ERROR)
 
 
-def test_noise_is_no_blur_and_a_blank_page_has_no_edges():
+def test_noise_is_not_blur_and_a_blank_page_has_no_edges():
     random = np.random.default_rng(2)
     noisy = np.clip(printed(1) + random.normal(0, 3, (256, 256, 1)), 0, 255).astype(np.uint8)
     everywhere = np.ones((256, 256), bool)

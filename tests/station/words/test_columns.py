@@ -56,11 +56,11 @@ def test_a_heading_over_both_columns_is_not_crossed():
     ],
     ids=["one column", "ragged", "a wide column", "blank", "black"],
 )
-def test_there_is_none_in_one_column(ink):
+def test_one_column_has_no_gap(ink):
     assert find_gutters(ink, X_HEIGHT_PX) == []
 
 
-def test_a_gap_of_a_few_lines_is_none():
+def test_a_gap_of_a_few_lines_is_not_a_column():
     ink, _ = page(60, 560)
     joined = ink.copy()
     rows = slice(50 + round(30 * MIN_LENGTH - 2) * LINE, None)

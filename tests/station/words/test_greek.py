@@ -50,7 +50,7 @@ def test_the_new_spelling_is_final_and_keeps_the_letters(word):
     assert not set("\u0300\u0313\u0314\u0342\u0345") & set(unicodedata.normalize("NFD", once))
 
 
-def test_old_print_is_told_from_modern_print_that_is_misread():
+def test_old_print_is_distinguished_from_modern_print_that_is_misread():
     assert has_breathings(OLD)
     assert not has_breathings(MODERN)
     assert not has_breathings(MISREAD)

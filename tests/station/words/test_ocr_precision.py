@@ -50,7 +50,7 @@ def test_readings_of_pages_add_up():
 
 
 @given(TEXT, TEXT)
-def test_precision_is_a_share_and_the_same_both_ways(a, b):
+def test_precision_is_a_fraction_and_the_same_both_ways(a, b):
     for measure in (count_matching_words, count_matching_characters):
         assert 0 <= measure(a, b).correct <= measure(a, b).total
         assert measure(a, b) == measure(b, a)

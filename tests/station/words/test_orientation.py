@@ -39,7 +39,7 @@ def few_lines(printed):
 
 @needs_tesseract
 @pytest.mark.parametrize("degrees", [0, 90, 180, 270])
-def test_the_words_tell_which_way_up_a_page_is(printed, degrees):
+def test_words_determine_which_way_up_a_page_is(printed, degrees):
     lying = np.ascontiguousarray(np.rot90(printed, degrees // 90))  # counter-clockwise
     assert upright_turn(lying, DPI) == Upright(degrees)
 

@@ -102,7 +102,7 @@ def test_a_clean_page_is_read_whole(words, truth):
 
 
 @needs_tesseract
-def test_alto_tells_where_every_word_stands_on_the_page(words, printed, image):
+def test_alto_shows_where_every_word_stands_on_the_page(words, printed, image):
     root = ElementTree.fromstring(words.alto)
     strings = root.findall(f".//{{{ALTO}}}String")
     assert [string.get("CONTENT") for string in strings] == [word.text for word in printed.words]
@@ -123,7 +123,7 @@ def test_alto_keeps_to_its_schema(words):
 
 
 @needs_tesseract
-def test_hocr_tells_the_same_words_in_pixels_of_the_page(words, printed, image):
+def test_hocr_shows_the_same_words_in_pixels_of_the_page(words, printed, image):
     root = ElementTree.fromstring(words.hocr)
     page, *_ = (element for element in root.iter() if element.get("class") == "ocr_page")
     assert f'image "leaf.png"; bbox 0 0 {image.shape[1]} {image.shape[0]}' in page.get("title")
@@ -222,7 +222,7 @@ def test_a_language_that_is_not_there_is_named_with_its_package():
     assert "tesseract-ocr-tlh" in caught.value.hint
 
 
-def test_a_tesseract_that_fails_is_told_of(tmp_path, image):
+def test_a_tesseract_that_fails_is_reported(tmp_path, image):
     program = tmp_path / "tesseract"
     program.write_text('#!/bin/sh\n[ "$1" = --list-langs ] && printf "Languages:\\neng\\n" && exit\n'
                        "echo first >&2; echo no memory >&2; exit 1\n")  # fmt: skip
@@ -242,7 +242,7 @@ def test_ocr_reads_a_folder_of_results(result, truth, capsys):
 
 
 @needs_tesseract
-def test_ocr_writes_beside_the_page_and_overwrites_nothing(result, capsys):
+def test_ocr_writes_next_to_the_page_and_overwrites_nothing(result, capsys):
     assert main(["ocr", str(result / "leaf.png")]) == 0
     before = (result / "leaf.pdf").read_bytes()
     assert main(["ocr", str(result / "leaf.png")]) == 2
@@ -301,7 +301,7 @@ def test_a_folder_without_pages_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("dpi", [72, 150, 400.5])
-def test_a_page_tells_its_resolution(tmp_path, image, dpi):
+def test_a_page_shows_its_resolution(tmp_path, image, dpi):
     (tmp_path / "page.png").write_bytes(encode_png(image, dpi))
     (tmp_path / "page.tif").write_bytes(encode_tiff(image, dpi))
     for name in ("page.png", "page.tif"):

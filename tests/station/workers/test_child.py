@@ -17,6 +17,6 @@ def test_a_fault_keeps_its_exit_code_and_hints() -> None:
     assert fault.hints == ("scan again", "the scan is safe")
 
 
-def test_a_full_disk_is_none_of_the_scans_faults() -> None:
+def test_a_full_disk_is_not_blamed_on_the_scan() -> None:
     kind, fault = answer((work.fill_disk, (None, ())))
     assert (kind, fault.exit_code) == ("fault", 6)

@@ -169,7 +169,7 @@ def test_a_scheduler_that_is_killed_ends_the_batch_and_the_next_one_goes_on(plac
     assert {path: after[path] for path in before} == before
 
 
-def test_an_address_where_nothing_answers_is_told(tmp_path) -> None:
+def test_an_address_where_nothing_answers_is_reported(tmp_path) -> None:
     """In a process of its own, which dask's thread of a client that never connected does not outlive."""
     small_scan(tmp_path / "scans/page.ply", 1)
     words = ["batch", str(tmp_path / "scans"), "-o", str(tmp_path / "out"), "--scheduler", "tcp://127.0.0.1:9"]

@@ -73,7 +73,7 @@ def test_a_page_that_crashes_is_tried_twice_and_then_set_aside(isolation) -> Non
     assert isolation.run(work.crash_twice, None) == ("its process ended by SIGSEGV",) * 2
 
 
-def test_a_process_that_cannot_even_begin_is_no_endless_loop(isolation) -> None:
+def test_a_process_that_cannot_start_is_not_restarted_endlessly(isolation) -> None:
     with pytest.raises(ProcessEnded, match="SIGSEGV"):
         isolation.run(work.read_nothing, None)
 

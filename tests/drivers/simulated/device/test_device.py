@@ -56,7 +56,7 @@ def host() -> Host:
     return host
 
 
-def test_power_on_is_told_once_and_inquiry_never_minds() -> None:
+def test_power_on_is_reported_once_and_inquiry_ignores_it() -> None:
     host = Host()
     assert host.device.execute(scsi.inquiry(), b"", 36).data[8:15] == b"PLANISH"
     assert str(host.refused(commands.status(PROFILE))) == "UNIT ATTENTION 29h/00h"
@@ -100,7 +100,7 @@ def test_what_ends_a_sweep_ends_the_beam(host: Host, what: str) -> None:
     assert host.device.log.beams[0].end == pytest.approx(1.0)
 
 
-def test_power_nought_is_no_laser(host: Host) -> None:
+def test_power_zero_switches_the_laser_off(host: Host) -> None:
     host.set(laser_power=0)
     host.send(commands.release(PROFILE))
     assert not host.device.log.beams
@@ -153,7 +153,7 @@ def test_beyond_the_end_of_an_image_there_is_nothing(host: Host) -> None:
     assert host.refused(commands.read_colour(PROFILE, ShotMode.MONITOR, 0, 10)).code == 0x24
 
 
-def test_a_lens_change_loses_the_data_and_is_told(host: Host) -> None:
+def test_a_lens_change_loses_the_data_and_is_reported(host: Host) -> None:
     host.set(mode=ShotMode.FAST_COLOUR, laser_power=60)
     host.send(commands.release(PROFILE))
     host.clock.sleep(5)
@@ -175,7 +175,7 @@ def test_a_threshold_loses_what_is_darker(host: Host) -> None:
     assert seen == [1.0, 0.0]
 
 
-def test_rounding_is_small_beside_the_noise() -> None:
+def test_rounding_is_small_next_to_the_noise() -> None:
     rng = np.random.default_rng(6)
     pitch = rng.uniform(20, 250, (240, 320))
     signal = rng.uniform(0.04, 3.9, pitch.shape)

@@ -38,7 +38,7 @@ def test_the_laser_is_on_from_the_start_of_a_beam_until_before_its_end(log, cloc
     assert log.laser_is_on is on
 
 
-def test_no_power_is_no_beam(log):
+def test_without_power_there_is_darkness(log):
     log.laser_on(0.0, 5.0, 0)
     assert (log.beams, log.laser_is_on) == ([], False)
 

@@ -98,8 +98,8 @@ def test_the_shape_of_things_is_right_to_hundredths(found: CalibrationResult) ->
     turn, _ = Rotation.align_vectors(centred, there - there.mean(axis=0))
     assert np.linalg.norm(turn.apply(there - there.mean(axis=0)) - centred, axis=1).max() < 0.03
     first, second = np.random.default_rng(0).integers(len(here), size=(2, 500))
-    true, told = (np.linalg.norm(one[first] - one[second], axis=1) for one in (here, there))
-    off = np.abs(told - true)[true > 50.0] / true[true > 50.0]
+    true, reported = (np.linalg.norm(one[first] - one[second], axis=1) for one in (here, there))
+    off = np.abs(reported - true)[true > 50.0] / true[true > 50.0]
     assert off.max() < SIGMAS * found.expected_length
     assert found.expected_length * np.ptp(here[:, 0]) < 0.3 * found.expected_mm  # a turn changes no length
 
@@ -122,7 +122,7 @@ def test_outliers_do_no_harm() -> None:
     assert found.expected_mm < 0.8
 
 
-def test_what_the_shots_do_not_tell_stays_uncertain() -> None:
+def test_what_the_shots_do_not_show_stays_uncertain() -> None:
     random = np.random.default_rng(1)
     found = calibrate([shot(d, 2, 3, random, bare=True) for d in (800, 900, 1000)], MIDDLE)
     assert found.sigma["focal_px"] > 0.5 * PRIOR["focal_px"]
@@ -132,7 +132,7 @@ def test_what_the_shots_do_not_tell_stays_uncertain() -> None:
     assert np.isnan(found.markers_px)
 
 
-def test_shots_that_tell_nothing_are_refused() -> None:
+def test_shots_that_say_nothing_are_refused() -> None:
     with pytest.raises(SettingsError, match="no captures"):
         calibrate([], MIDDLE)
     one = shot(900, 0, 0, np.random.default_rng(0))

@@ -75,7 +75,7 @@ def test_a_plate_without_markers_is_taken_whole() -> None:
         ({"distances_mm": [850, 900]}, "several distances"),
     ],
 )
-def test_scans_that_do_not_tell_how_they_were_taken_are_refused(scan: RangeScan, noted: dict, message: str) -> None:
+def test_scans_that_do_not_show_how_they_were_taken_are_refused(scan: RangeScan, noted: dict, message: str) -> None:
     with pytest.raises(SettingsError, match=message):
         plate_shot(replace(scan, provenance={**scan.provenance, **noted}), BOARD)
 

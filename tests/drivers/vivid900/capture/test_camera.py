@@ -84,7 +84,7 @@ def test_without_contrast_the_laser_finds_the_distance(make_stand) -> None:
     assert scan.provenance["laser_power"] == 68
 
 
-def test_a_page_too_near_is_told_of(make_stand) -> None:
+def test_a_page_too_near_is_reported(make_stand) -> None:
     stand = make_stand(sensor=PlateSensor(400.0))
     with stand.camera() as camera, pytest.raises(PanelError, match="nearer than"):
         camera.capture(FAST)
@@ -119,7 +119,7 @@ def test_it_waits_for_the_self_test(stand) -> None:
     assert stand.clock() - start > SELF_TEST_S
 
 
-def test_a_self_test_without_end_is_told_of(stand) -> None:
+def test_a_self_test_without_end_is_reported(stand) -> None:
     stand.device.power_on()
     stand.device._ready_at = float("inf")
     with pytest.raises(NotReady), stand.camera() as camera:
@@ -159,7 +159,7 @@ def test_another_lens_is_measured_with_its_own_geometry(camera, stand) -> None:
 
 
 @pytest.mark.parametrize("panel", sorted(PANELS))
-def test_every_message_of_the_manual_is_told_with_what_to_do(camera, stand, panel: str) -> None:
+def test_every_message_of_the_manual_is_reported_with_what_to_do(camera, stand, panel: str) -> None:
     stand.device.fails = panel
     with pytest.raises(DeviceError) as caught:
         camera.capture(SET)

@@ -56,7 +56,7 @@ def test_the_next_depth_adjoins() -> None:
     assert far - 0.3 * (far - near) < depth_window(LENS, FINE, farther)[0] < far
 
 
-def test_beyond_the_scanners_range_there_is_no_next() -> None:
+def test_the_scanners_range_ends_the_search() -> None:
     near, _ = depth_window(LENS, FINE, 510)
     assert next_depth(plane(near + 0.1), LENS, FINE, 510, nearer=True) is None
     assert next_depth(np.full((*SHAPE, 3), np.nan), LENS, FINE, 900, nearer=True) is None

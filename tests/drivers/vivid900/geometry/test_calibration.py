@@ -71,7 +71,7 @@ def test_how_it_was_measured_is_kept(path: Path, markers_px: float | None) -> No
     assert "measured" not in BODY.as_json()
 
 
-def test_a_date_that_is_none_is_refused(path: Path) -> None:
+def test_an_invalid_date_is_refused(path: Path) -> None:
     measured = replace(BODY, measured=Measurement("yesterday", 12, 0.15, 0.02))
     path.write_text(encode_calibration(measured), "utf-8")
     with pytest.raises(SettingsError, match="date"):

@@ -26,7 +26,7 @@ FIELDS_OF_VIEW = [
 ]
 FIELD_MM = 0.11  # the table is rounded to 0.1 mm and its own heights stray by as much from 3/4 of its widths
 DEPTHS_AT_600 = {"TELE": 40.0, "MIDDLE": 70.0, "WIDE": 110.0}  # p. 56, lower end of the Z range
-WINDOW_SHARE = 0.01  # the window is even in 1/depth, not in depth: its ends differ by the square of ±9 %
+WINDOW_FRACTION = 0.01  # the window is even in 1/depth, not in depth: its ends differ by the square of ±9 %
 LINE_NOISE = (0.018, 0.023)  # published precision over the depth of one line is the same for all lenses within this
 
 
@@ -39,7 +39,7 @@ def test_field_of_view_is_the_manuals(lens: str, distance: float, width: float, 
 @pytest.mark.parametrize("lens", LENSES)
 def test_depth_window_is_the_manuals(lens: str) -> None:
     near, far = depth_window(LENSES[lens], FINE, 600)
-    assert far - near == pytest.approx(DEPTHS_AT_600[lens], rel=WINDOW_SHARE)
+    assert far - near == pytest.approx(DEPTHS_AT_600[lens], rel=WINDOW_FRACTION)
     assert near < 600 + LENSES[lens].pupil_mm < far
 
 
@@ -50,7 +50,7 @@ def test_fast_measures_less_depth(lens: str) -> None:
 
 
 @pytest.mark.parametrize("lens", LENSES)
-def test_precision_is_one_share_of_a_line_for_every_lens(lens: str) -> None:
+def test_precision_is_one_fraction_of_a_line_for_every_lens(lens: str) -> None:
     assert LINE_NOISE[0] < LENSES[lens].line_noise < LINE_NOISE[1]
 
 

@@ -71,7 +71,7 @@ def test_halves_that_hang_together_by_one_edge_of_three_faces_lie_as_on_the_page
     assert apart[0] == pytest.approx(apart[1], rel=EXACT)
 
 
-def test_turns_are_told_by_many_short_joints_and_not_by_a_long_one_that_is_wrong():
+def test_many_short_joints_outvote_a_long_wrong_one():
     """As where Delaunay leaves long faces along straight borders, which cut through the windings of a rolled sheet."""
     frames = np.array([[0, 1], [1, 2], [3, 2], [0, 3], [5, 4]])
     turn, variances = np.array([0.1, 0.2, -0.4, 3.0, 0.3]), np.array([1.0, 1.0, 1.0, 25.0, 1.0])

@@ -42,8 +42,8 @@ def test_fans_that_do_not_close_give_a_wrong_sign_away(warped, rng):
 def test_two_neighbours_with_each_other_s_signs_are_given_away(warped):
     flat, faces, true, sides = folded_over(warped)
     lengths = straight_lengths(flat, sides.edges)
-    beside = [sides.at[a:b] // 3 for a, b in pairwise(sides.first) if b - a == 2]
-    swapped = [pair for pair in beside if true[pair].sum() == 0]
+    adjacent = [sides.at[a:b] // 3 for a, b in pairwise(sides.first) if b - a == 2]
+    swapped = [pair for pair in adjacent if true[pair].sum() == 0]
     assert swapped
     for pair in swapped:
         signs = true.copy()
@@ -55,16 +55,16 @@ def test_three_wrong_signs_round_a_vertex_are_given_away(warped, rng):
     flat, faces, true, sides = folded_over(warped)
     lengths = straight_lengths(flat, sides.edges)
     inner = np.flatnonzero((np.abs(flat) < [80, 50]).all(axis=1))
-    mended = list[bool]()
+    repaired = list[bool]()
     for vertex in rng.choice(inner, 20, replace=False):
         for wrong in combinations(np.flatnonzero((faces == vertex).any(axis=1)), 3):
             signs = true.copy()
             signs[list(wrong)] *= -1.0
-            mended.append((closed(flat, faces, lengths, signs) == true).all())
-    assert np.mean(mended) > 0.99  # now and then others close the fans as well
+            repaired.append((closed(flat, faces, lengths, signs) == true).all())
+    assert np.mean(repaired) > 0.99  # now and then others close the fans as well
 
 
-def test_wrong_signs_all_round_a_vertex_are_told_from_a_sheet_without_folds(warped):
+def test_wrong_signs_all_round_a_vertex_are_distinguished_from_a_sheet_without_folds(warped):
     page = warped(count=400)
     faces, sides = page.mesh.faces, sides_of(page.mesh.faces)
     middle = int(np.argmin(np.linalg.norm(page.flat, axis=1)))
@@ -96,7 +96,7 @@ def test_faces_in_the_corner_of_a_grid_keep_their_signs_however_their_only_fan_i
 
 
 @pytest.mark.parametrize("count", [12, 13], ids=["all ways are tried", "too many faces: its neighbours tell"])
-def test_a_wrong_sign_is_told_round_a_vertex_of_many_faces(count, rng):
+def test_a_wrong_sign_is_found_round_a_vertex_of_many_faces(count, rng):
     assert MAX_WAYS == 1 << 11  # those of twelve faces
     flat, faces = rings_round_a_vertex(count, rng)
     sides, signs = sides_of(faces), np.ones(len(faces))
@@ -113,7 +113,7 @@ def test_signs_are_offered_by_the_normals_then_upright_in_groups_and_then_all_up
     np.testing.assert_array_equal(offered, [true, true, np.ones(len(faces))])
 
 
-def test_no_fan_tells_of_a_face_in_the_corner(warped):
+def test_a_face_in_the_corner_is_in_no_fan(warped):
     page = warped(count=400)
     flat, faces = page.folded_over(), page.mesh.faces
     sides, corners = sides_of(faces), np.bincount(faces.ravel()) == 1

@@ -33,9 +33,9 @@ def network_of(page, lengths=None):
     return make_network(page.mesh.vertices, Topology(page.mesh.faces), page.lengths if lengths is None else lengths)
 
 
-def test_a_square_pushed_askew_gets_its_lengths_back():
-    askew = SQUARE + np.random.default_rng(0).normal(0, 0.5, SQUARE.shape)
-    strain = edge_strain(minimise_strain(askew, NETWORK).flat, NETWORK.edges, NETWORK.lengths)
+def test_a_sheared_square_gets_its_lengths_back():
+    tilted = SQUARE + np.random.default_rng(0).normal(0, 0.5, SQUARE.shape)
+    strain = edge_strain(minimise_strain(tilted, NETWORK).flat, NETWORK.edges, NETWORK.lengths)
     assert np.abs(strain).max() < CONVERGED
 
 
@@ -87,7 +87,7 @@ def test_a_few_wrong_lengths_hardly_move_the_page_of_least_absolute_strain(warpe
     assert misplaced[0] < 0.5 * misplaced[1]
 
 
-def test_a_far_corner_is_none(warped):
+def test_a_corner_far_from_the_sheet_is_not_found(warped):
     page = warped("gutter", count=300)
     network = network_of(page, page.lengths * np.random.default_rng(3).uniform(0.97, 1.03, len(page.lengths)))
     squares, far = (minimise_strain(page.flat, network, corner=corner).flat for corner in (np.inf, 1e6))
@@ -107,7 +107,7 @@ def test_rest_areas_are_those_of_the_faces():
     np.testing.assert_allclose(NETWORK.areas, [50.0, 50.0])
 
 
-def test_it_tells_its_residual_and_whether_it_converged(warped):
+def test_the_residual_and_convergence_are_reported(warped):
     page = warped("gutter", count=300)
     bent = page.flat + 2.0 * np.sin(page.flat / 60.0)
     stopped, done = (minimise_strain(bent, network_of(page), most) for most in (1, 50))
@@ -136,10 +136,10 @@ def test_edges_weigh_as_the_areas_of_their_faces():
 
 def test_compiled_and_plain_python_agree(warped, plain):
     page = warped("fold", count=60)
-    askew = page.flat + np.random.default_rng(0).normal(0, 1.0, page.flat.shape)
-    compiled = minimise_strain(askew, network_of(page)).flat
+    tilted = page.flat + np.random.default_rng(0).normal(0, 1.0, page.flat.shape)
+    compiled = minimise_strain(tilted, network_of(page)).flat
     assert {"_go_on", "_linearise"} <= set(plain(import_module("restore.flattening.isometric.gauss_newton")))
-    np.testing.assert_allclose(minimise_strain(askew, network_of(page)).flat, compiled, atol=PARITY)
+    np.testing.assert_allclose(minimise_strain(tilted, network_of(page)).flat, compiled, atol=PARITY)
 
 
 def with_sliver(page, edge, shares, off_mm, seed):
@@ -149,8 +149,8 @@ def with_sliver(page, edge, shares, off_mm, seed):
     """
     one, other = edge
     across = page.flat[other] - page.flat[one]
-    beside = page.flat[one] + 0.4 * across + off_mm * np.array([-across[1], across[0]])
-    flat = np.vstack([page.flat, beside])
+    adjacent = page.flat[one] + 0.4 * across + off_mm * np.array([-across[1], across[0]])
+    flat = np.vstack([page.flat, adjacent])
     faces = np.vstack([page.mesh.faces, [[one, other, len(page.flat)]]])
     network = make_network(flat, Topology(faces))
     lengths = network.lengths * np.random.default_rng(seed).uniform(0.99, 1.01, len(network.lengths))

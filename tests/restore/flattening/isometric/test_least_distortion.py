@@ -58,7 +58,7 @@ def test_a_monkey_saddle_does_not_hide_its_strain_in_inverted_faces():
     assert flipped_faces(page.flat, page.faces) == 0
 
 
-def test_beside_a_sheet_that_keeps_its_lengths_a_cap_alone_is_distorted(cap, monkeypatch):
+def test_next_to_a_sheet_that_keeps_its_lengths_a_cap_alone_is_distorted(cap, monkeypatch):
     vertices, faces = cap
     flat, others = scattered(2000, 0, (900.0, 900.0))  # so large that in the mean of both hardly an edge is strained
     solved = []
@@ -90,7 +90,7 @@ def test_a_page_that_keeps_its_shape_has_an_energy_of_four(warped):
     np.testing.assert_allclose(energies, [4.0, 2 * 4.0 + 2 / 4.0], rtol=1e-6)
 
 
-def test_it_tells_when_it_has_not_converged(cap, monkeypatch):
+def test_a_solver_that_has_not_converged_is_reported(cap, monkeypatch):
     vertices, faces = cap
     network = make_network(vertices, Topology(faces))
     monkeypatch.setattr("restore.flattening.isometric.least_distortion.MAX_ITERATIONS", 5)
@@ -108,7 +108,7 @@ def test_the_embedding_of_a_disc_inverts_no_face(warped):
     assert straight_lengths(found, network.edges).max() < 2.0
 
 
-def test_what_is_no_disc_is_told(cap):
+def test_what_is_not_a_disc_is_reported(cap):
     vertices, faces = cap
     assert Topology(faces).is_disc
     middle = int(np.argmax(vertices[:, 2]))

@@ -15,7 +15,7 @@ SCRAP_MM = 1.0
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_scrap_beside_a_page_stays_beside_it(seed):
+def test_a_scrap_next_to_a_page_stays_next_to_it(seed):
     """Nothing tells where it lies: it is unfolded, which moves it by about its own size."""
     random = np.random.default_rng(seed)
     across, down = np.meshgrid(np.arange(SIDE), np.arange(SIDE, 0, -1))

@@ -46,7 +46,7 @@ def test_a_sheet_without_folds_comes_out_whole_however_its_normals_mislead(seed)
     assert page.error(solved(page).flat) < TRUE_MM
 
 
-def test_a_flap_lies_as_the_faces_beside_it_tell_once_their_signs_are_right(warped, monkeypatch):
+def test_a_flap_follows_its_neighbours_once_their_signs_are_right(warped, monkeypatch):
     """No fan tells of a third face on an edge, and its normal none among normals that mislead."""
     page = warped("curl", count=500)
     middle = int(np.argmin(np.linalg.norm(page.flat[page.mesh.faces].mean(axis=1), axis=1)))

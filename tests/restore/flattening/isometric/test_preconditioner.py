@@ -66,7 +66,7 @@ def system(flat, edges, lengths):
 
 
 @pytest.fixture(params=[60, 500, 2000])
-def askew(request, warped):
+def tilted(request, warped):
     """A page of several sizes with its sticks out of balance."""
     page = warped("gutter", count=request.param)
     flat = page.flat + np.random.default_rng(0).normal(0, 0.05, page.flat.shape)
@@ -89,8 +89,8 @@ def strains(edges, gradients, motions):
     return np.einsum("ek,ekm->em", gradients, moved[edges[:, 1]] - moved[edges[:, 0]])
 
 
-def test_every_particle_has_an_aggregate_of_neighbours(askew):
-    flat, owner = askew.flat, askew.prepared.owner
+def test_every_particle_has_an_aggregate_of_neighbours(tilted):
+    flat, owner = tilted.flat, tilted.prepared.owner
     members = np.bincount(owner)
     assert (members > 0).all()
     wanted = len(flat) ** GROWTH
@@ -100,16 +100,16 @@ def test_every_particle_has_an_aggregate_of_neighbours(askew):
     assert extent < 2.0 * np.sqrt(area / wanted)
 
 
-def test_the_way_balances_all_rigid_motions(askew):
-    aggregates, way = askew.prepared, np.zeros_like(askew.flat)
-    work = correct_rigidly(aggregates, askew.force, way)
+def test_the_way_balances_all_rigid_motions(tilted):
+    aggregates, way = tilted.prepared, np.zeros_like(tilted.flat)
+    work = correct_rigidly(aggregates, tilted.force, way)
     motions = rigid_motions(aggregates)
-    strained = strains(askew.edges, askew.gradients, motions)
+    strained = strains(tilted.edges, tilted.gradients, motions)
     stiffness = strained.T @ strained
     stiffness += STIFFEN * np.diag(np.diag(stiffness))
-    exact = motions @ np.linalg.solve(stiffness, motions.T @ askew.force.ravel())
+    exact = motions @ np.linalg.solve(stiffness, motions.T @ tilted.force.ravel())
     np.testing.assert_allclose(way.ravel(), exact, atol=EXACT * np.abs(exact).max())
-    assert work == pytest.approx((askew.force * way).sum(), rel=EXACT)
+    assert work == pytest.approx((tilted.force * way).sum(), rel=EXACT)
     assert work > 0
 
 
@@ -210,8 +210,8 @@ def test_slivers_cost_hardly_a_pass(warped, needle):
 
 def test_compiled_and_plain_python_agree(warped, plain):
     page = warped("fold", count=200)
-    askew = page.flat + np.random.default_rng(0).normal(0, 0.5, page.flat.shape)
-    net = system(askew, Topology(page.mesh.faces).edges, page.lengths)
+    tilted = page.flat + np.random.default_rng(0).normal(0, 0.5, page.flat.shape)
+    net = system(tilted, Topology(page.mesh.faces).edges, page.lengths)
     compiled, way = np.zeros_like(net.force), np.zeros_like(net.force)
     module = import_module("restore.flattening.isometric.preconditioner")
     work = precondition(net.prepared, net.edges, net.gradients, net.force, compiled)

@@ -58,13 +58,13 @@ def test_a_closed_fan_has_a_hinge_on_every_inner_edge_and_none_on_the_border():
     np.testing.assert_allclose(spans, 3**0.5)
 
 
-def test_an_edge_of_three_faces_is_no_hinge():
+def test_an_edge_of_three_faces_is_not_a_hinge():
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0.5, 1, 0], [0.5, -1, 0], [0.5, 0, 1]])
     network = make_network(vertices, Topology(np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]])))
     assert len(hinges_of(network)[0]) == 0
 
 
-def test_without_bending_there_are_none(warped):
+def test_a_flat_sheet_has_no_creases(warped):
     page = warped("curl")
     network = make_network(page.mesh.vertices, Topology(page.mesh.faces))
     corners, spans = hinges_of(network)

@@ -13,7 +13,7 @@ def test_everything_is_in_the_order_once(count):
     np.testing.assert_array_equal(np.sort(interleaved_order(count)), np.arange(count))
 
 
-def test_neighbours_in_the_list_are_none_on_the_sheet():
+def test_neighbours_in_the_list_are_not_neighbours_on_the_sheet():
     order = interleaved_order(BLOCK)
     assert np.abs(np.diff(order)).min() > APART
 

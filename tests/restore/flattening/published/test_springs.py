@@ -54,7 +54,7 @@ def test_a_flat_sheet_stays():
     assert rms_mm(flat, sheet) < EXACT_MM
 
 
-def test_a_step_too_long_is_told(monkeypatch):
+def test_a_step_too_long_is_reported(monkeypatch):
     monkeypatch.setattr(module, "TIME_STEP", 3 * module.TIME_STEP)
     sheet = exact_sheet(Curl(), POINTS)
     with pytest.raises(BadInput, match="diverge"):

@@ -106,7 +106,7 @@ def test_a_tube_stays_cut_open_at_its_seam():
     assert without_seams(mesh) is mesh
 
 
-def test_vertices_repeated_for_every_triangle_are_no_seam():
+def test_vertices_repeated_for_every_triangle_are_not_a_seam():
     vertices, faces, places = sheet()
     every = faces.ravel()
     mesh = SurfaceMesh(vertices[every], np.arange(len(every)).reshape(-1, 3), places[every], picture())

@@ -109,7 +109,7 @@ def test_colours_are_read_under_their_names_and_of_their_types(tmp_path, kind, n
     np.testing.assert_allclose(read_ply(path).colours, colours, atol=0.5)
 
 
-def test_colours_beside_a_material_are_read(tmp_path):
+def test_colours_next_to_a_material_are_read(tmp_path):
     vertices, faces, places = curl(COARSE)
     colours = np.column_stack([waves(*places.T), np.full(len(places), 255, np.uint8)])
     mesh = trimesh.Trimesh(vertices / 1000.0, faces, process=False)
@@ -181,7 +181,7 @@ def test_no_camera_is_found_in_a_painted_picture(tmp_path):
     assert viewpoint(page) is None
 
 
-def test_colours_of_a_surface_that_cannot_be_laid_out_are_told_to_be_left_out(tmp_path):
+def test_colours_of_a_surface_that_cannot_be_flattened_are_reported_as_omitted(tmp_path):
     angle = np.arange(24) * (2 * np.pi / 24)
     ring = np.stack([60 * np.cos(angle), 60 * np.sin(angle), 0 * angle - 500], axis=-1)
     here, there = np.arange(24), np.roll(np.arange(24), -1)

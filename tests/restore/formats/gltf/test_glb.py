@@ -166,7 +166,7 @@ def test_a_buffer_in_the_header_is_as_good_as_a_binary_chunk(exported):
 
 
 @pytest.mark.parametrize("uri", ["page.bin,", "data:application/octet-stream,", "data:;base64,=="])
-def test_a_buffer_that_is_elsewhere_is_told(exported, uri):
+def test_a_buffer_that_is_elsewhere_is_reported(exported, uri):
     with pytest.raises(BadInput, match=r"page\.glb"):
         load_scan(as_text_in_header(exported(), uri))
 

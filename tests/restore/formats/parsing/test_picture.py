@@ -88,7 +88,7 @@ def test_a_picture_of_several_bands_comes_back_exactly(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["a.png", "a.jpg", "a.tif", "a.bmp", "a.ppm"])
-def test_a_cut_picture_is_told(tmp_path, kind):
+def test_a_cut_picture_is_reported(tmp_path, kind):
     paint = np.random.default_rng(1).integers(0, 256, (64, 64, 3)).astype(np.uint8)
     Image.fromarray(paint).save(tmp_path / kind)
     (tmp_path / kind).write_bytes((tmp_path / kind).read_bytes()[:-600])

@@ -38,14 +38,14 @@ def test_a_file_that_ends_early_has_no_end_at_any_place():
     assert [find(data[:size], 2, big=False)[0] for size in range(len(data))] == [-1] * len(data)
 
 
-def test_the_length_that_the_file_is_too_short_for_is_told():
+def test_the_length_that_the_file_is_too_short_for_is_reported():
     end, _, counts = find(b"\1" + (2**32 - 1).to_bytes(4, "little") + bytes(8), 4, big=False)
     assert end == -1
     assert counts[0] == 2**31 - 1
 
 
 @pytest.mark.parametrize("length", [np.nan, -1.0, 1.5, 1e300, np.inf])
-def test_a_length_of_a_text_that_is_no_whole_number_is_refused(length):
+def test_a_length_of_a_text_that_is_not_a_whole_number_is_refused(length):
     data = np.array([length, 1.0, 2.0]).tobytes()
     starts, counts = (np.zeros((1, 1), np.int32) for _ in range(2))
     assert find_lists(np.frombuffer(data, np.uint8), 0, np.array([8]), np.array([8]), False, starts, counts) == -1

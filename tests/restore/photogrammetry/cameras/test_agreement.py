@@ -35,9 +35,9 @@ WAVE = np.column_stack([GRID, 12.0 * np.sin(GRID[:, 0] / 25.0)])
 BLANK = np.full((40, 60, 3), 200, np.uint8)
 
 
-def found(share_of_one: float) -> np.ndarray:
+def found(fraction_of_one: float) -> np.ndarray:
     rng = np.random.default_rng(1)
-    return rng.random((len(VIEWS), PATCHES)) < np.array([0.9, 0.95, share_of_one, 0.8, 1.0])[:, None]
+    return rng.random((len(VIEWS), PATCHES)) < np.array([0.9, 0.95, fraction_of_one, 0.8, 1.0])[:, None]
 
 
 def test_a_view_of_another_page_is_named():
@@ -48,7 +48,7 @@ def test_a_view_of_another_page_is_named():
     check_found(found(0.6), everywhere, VIEWS)  # a hand over a part of the page
 
 
-def test_a_view_of_a_part_of_the_page_is_judged_by_that_part():
+def test_a_view_of_a_part_of_the_page_is_checked_by_that_part():
     share = found(1.0)
     in_frame = np.ones_like(share)
     in_frame[2, PATCHES // 10 :] = False
@@ -117,7 +117,7 @@ def tracks_of(views):
     return Tracks(view, point, pixels, np.ones(len(pixels)))
 
 
-def test_points_beside_a_picture_are_not_within_it():
+def test_points_next_to_a_picture_are_not_within_it():
     camera = cameras(1)[0]
     assert within([camera], np.array([[0.0, 0.0, 0.0], [5000.0, 0.0, 0.0]])).tolist() == [[True, False]]
 

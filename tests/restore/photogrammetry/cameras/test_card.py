@@ -42,7 +42,7 @@ def test_a_large_photograph_is_as_exact_as_a_small_one():
     assert max(np.linalg.norm(found[number] - expected[number]) for number in found) < 3 * ACCURACY_PX
 
 
-def test_a_mirrored_card_is_none():
+def test_a_mirrored_card_is_not_found():
     image, _ = photographed(np.array([[0.75, 0.0, 150.0], [0.0, 0.75, 350.0], [0, 0, 1.0]]))
     assert detect_markers(np.ascontiguousarray(image[:, ::-1])) == {}
 

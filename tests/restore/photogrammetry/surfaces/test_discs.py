@@ -46,13 +46,13 @@ def test_a_disc_over_a_crease_predicts_nothing():
     assert np.isinf(discs.discrepancies(over, roof(PLACES[over]), np.zeros(len(over)), SIGMA_MM)).all()
 
 
-def test_the_best_disc_beside_a_crease_ends_before_it():
+def test_the_best_disc_next_to_a_crease_ends_before_it():
     starts, near = members(PLACES)
     discs = Discs(*fit_discs(roof(PLACES), starts, near))
     best = discs.best(starts, near)
-    beside = np.flatnonzero((np.abs(np.abs(PLACES[:, 0]) - 3) < 2) & (np.abs(PLACES[:, 1]) < 10))
-    assert (np.sign(PLACES[best[beside], 0]) == np.sign(PLACES[beside, 0])).mean() > 0.95
-    assert np.median(discs.misfits[best[beside]]) < EXACT_MM
+    adjacent = np.flatnonzero((np.abs(np.abs(PLACES[:, 0]) - 3) < 2) & (np.abs(PLACES[:, 1]) < 10))
+    assert (np.sign(PLACES[best[adjacent], 0]) == np.sign(PLACES[adjacent, 0])).mean() > 0.95
+    assert np.median(discs.misfits[best[adjacent]]) < EXACT_MM
 
 
 def test_too_few_points_have_no_quadratic():

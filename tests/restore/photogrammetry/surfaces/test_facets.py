@@ -48,7 +48,7 @@ def test_facets_go_on_to_the_crease_between_them():
     assert np.abs(after - roof(form.places)).max() < 0.3
 
 
-def test_points_of_a_line_do_not_tell_of_facets():
+def test_points_of_a_line_do_not_show_facets():
     form = lattice()
     feet, above = tracked(form)
     rim = np.column_stack([np.linspace(50, 80, 40), np.full(40, 2.0)])
@@ -78,7 +78,7 @@ def test_a_facet_does_not_go_on_to_an_edge_that_it_misses():
     assert np.abs(after - bent(form.places))[margin].max() < 1.0  # of 4.8: the crease is put where points end
 
 
-def test_two_facets_are_found_and_a_bend_that_paper_has_is_none():
+def test_two_facets_are_found_and_a_bend_of_paper_is_not_a_facet():
     form = lattice()
     measured = np.ones(SHAPE, bool)
     labels, normals = find_facets(form, roof(form.places), measured)
@@ -89,7 +89,7 @@ def test_two_facets_are_found_and_a_bend_that_paper_has_is_none():
     assert set(np.unique(find_facets(form, curl, measured)[0])) == {0}
 
 
-def test_scraps_are_no_facets():
+def test_scraps_are_not_facets():
     form = lattice()
     measured = np.zeros(SHAPE, bool)
     measured[5:9, 5:9] = True

@@ -61,7 +61,7 @@ def test_each_piece_follows_its_side_to_the_crease(spread):
     assert np.quantile(off, 0.99) < LOST_MM
 
 
-def test_squares_over_a_crease_are_told(spread):
+def test_squares_over_a_crease_are_reported(spread):
     places = spread.smooth.nearest(
         SPREAD.warp(np.array([[-20.0, 0.0], [-2.0, 10.0], [2.0, 10.0], [30.0, 5.0]]), PAGE_MM)
     )

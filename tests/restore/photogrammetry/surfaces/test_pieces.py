@@ -31,7 +31,7 @@ def test_each_facet_is_a_piece(sheet):
         assert labels.max() + 1 == len(sheet.creases) + 1
 
 
-def test_the_pages_of_a_spread_are_told_apart():
+def test_the_pages_of_a_spread_are_distinguished():
     points, places = sampled(Spread(slope_deg=58.0, reach_mm=30.0))
     labels = find_pieces(points, places)
     assert labels.max() == 1
@@ -52,7 +52,7 @@ def test_no_crease_is_found_on_smooth_sheets(sheet, spacing):
     assert find_pieces(*sampled(sheet, spacing)).max() == 0
 
 
-def test_noise_is_no_crease():
+def test_noise_is_not_a_crease():
     assert find_pieces(*sampled(SMOOTH[0], noise=0.15)).max() == 0
 
 

@@ -60,7 +60,7 @@ def test_a_relief_follows_facets_to_their_creases(known):
 
 
 @pytest.mark.slow
-def test_a_rough_edge_does_not_bend_what_exact_points_tell(known):
+def test_a_rough_edge_does_not_bend_what_exact_points_show(known):
     sheet, _, cloud, relief = known
     low, high = cloud.feet.min(axis=0) - 8, cloud.feet.max(axis=0) + 8
     feet = grid_places(low, high, 2.0)

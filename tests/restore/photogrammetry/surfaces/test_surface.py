@@ -163,7 +163,7 @@ def test_a_surface_moves_and_grows_with_its_page():
     assert rms(np.linalg.norm(larger.points(PLACES) - surface.points(PLACES), axis=1)) < EXACT_MM
 
 
-def test_points_that_slide_off_the_sheet_are_told():
+def test_points_that_slide_off_the_sheet_are_reported():
     wave = SHEETS[1]
     start = started(wave)
     points = wave.warp(PLACES, PAGE_MM) + [0.0, 400.0, 0.0]  # beyond the sheet's edge, at any start
@@ -185,7 +185,7 @@ def test_a_paper_with_which_the_sheet_is_lost_is_not_chosen(monkeypatch):
     assert choose_stiffness(points, start.nearest(points), start) in [s for s in STIFFNESSES if s <= 100.0]
 
 
-def test_a_sheet_that_is_torn_beyond_all_numbers_is_told():
+def test_a_sheet_that_is_torn_beyond_all_numbers_is_reported():
     rng = np.random.default_rng(0)
     level = Surface.level(np.array([-40.0, -40.0]), np.array([40.0, 40.0]), 0.0)
     torn = replace(level, coefficients=level.coefficients + 1e160 * rng.normal(size=level.coefficients.shape))

@@ -15,7 +15,7 @@ MAX_ERROR_RISE = 0.05  # relative rise of the error with one sample in fifty lef
 ROUNDING = 1e-6  # standard deviations
 MAX_TILT_ERROR = 0.05  # standard deviations: noise bends a corner by so much that it is fitted over its tangent plane
 NEAR_RIDGE = 4  # samples: within a window's reach of the ridge
-MAX_ERROR_BESIDE = 3.0  # standard deviations: noise alone, in windows with the sample at their border
+MAX_ERROR_NEAR = 3.0  # standard deviations: noise alone, in windows with the sample at their border
 MAX_ONE_SIDED_ERROR = 0.6  # standard deviations for each sample: the slope at the border of a window, not at its centre
 MAX_ERROR_RATIO = 0.65  # of the error that windows across the ridge leave; at 45° half of that is noise
 MAX_ERROR = 5.0  # standard deviations of the best of 50,000 samples that are each right to half of one
@@ -114,20 +114,20 @@ def test_outliers_do_not_move_the_surface(camera, noise, everywhere, sign):
 
 @pytest.mark.parametrize("angle_deg", [0.0, 30.0, 45.0])
 @pytest.mark.parametrize("fold_deg", [45.0, 60.0, 90.0, 120.0])
-def test_slopes_beside_creases_are_one_sided(camera, noise, everywhere, fold_deg, angle_deg):
+def test_slopes_next_to_creases_are_one_sided(camera, noise, everywhere, fold_deg, angle_deg):
     exact = camera.roof(fold_deg, angle_deg, 100.3)
     facets = fit_facets(exact + noise, everywhere, everywhere, camera.rays.dx)
     across, _ = camera.about_ridge(angle_deg, 100.3)
-    beside = inner(camera, 2 * WIDE_RADIUS) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
+    adjacent = inner(camera, 2 * WIDE_RADIUS) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
     errors = (facets.value - exact) / camera.noise
     rounded = fit_quadratics(exact + noise, np.ones(camera.shape), everywhere, WIDE_RADIUS).terms[..., 0]
-    assert rms(errors[beside]) < MAX_ERROR_RATIO * rms(((rounded - exact) / camera.noise)[beside])
-    assert np.abs(errors[beside & inner(camera, BORDER_MARGIN + HALF_WIDTH + HALF_LENGTH)]).max() < MAX_ERROR_BESIDE
-    assert np.abs(errors[beside]).max() < 2 * MAX_ERROR_BESIDE  # nearer to the border the crease is known to a sample
+    assert rms(errors[adjacent]) < MAX_ERROR_RATIO * rms(((rounded - exact) / camera.noise)[adjacent])
+    assert np.abs(errors[adjacent & inner(camera, BORDER_MARGIN + HALF_WIDTH + HALF_LENGTH)]).max() < MAX_ERROR_NEAR
+    assert np.abs(errors[adjacent]).max() < 2 * MAX_ERROR_NEAR  # nearer to the border the crease is known to a sample
     left, right = camera.walls(fold_deg, angle_deg, 100.3)
     own = np.where((left < right)[..., None], camera.facets(left), camera.facets(right))[..., 1:]
     jump = np.linalg.norm(own[0, 0] - own[-1, -1])
-    off = np.linalg.norm(facets.slope - own, axis=2)[beside]
+    off = np.linalg.norm(facets.slope - own, axis=2)[adjacent]
     assert np.quantile(off, 0.99) < 0.1 * jump  # in one step: each sample has the slope of its own side
 
 
@@ -139,16 +139,16 @@ def test_between_curved_walls_slopes_are_evaluated_at_the_sample(camera, noise, 
     facets = fit_facets(exact + noise, everywhere, everywhere, camera.rays.dx)
     left, right = camera.walls(90.0, 0.0, 100.3)
     own = np.where(left < right, camera.facets(left)[..., 1], camera.facets(right)[..., 1]) + 2 * bend * across
-    beside = inner(camera, 2 * WIDE_RADIUS) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
-    assert rms((facets.slope[..., 0] - own)[beside]) < MAX_ONE_SIDED_ERROR * camera.noise
+    adjacent = inner(camera, 2 * WIDE_RADIUS) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
+    assert rms((facets.slope[..., 0] - own)[adjacent]) < MAX_ONE_SIDED_ERROR * camera.noise
 
 
-def test_beside_a_spine_slopes_are_right_though_the_walls_bend_fast(camera, noise, everywhere):
+def test_next_to_a_spine_slopes_are_right_though_the_walls_bend_fast(camera, noise, everywhere):
     """The walls of an open book get steeper towards the spine, faster than any quadratic over the grid."""
     exact, along = camera.book(SPINE_DEG, SPINE_REACH_MM, 100.3)
     facets = fit_facets(exact[..., 0] + noise, everywhere, everywhere, camera.rays.dx)
-    beside = inner(camera, 2 * WIDE_RADIUS) & (np.abs(along) < NEAR_SPINE_MM) & ~facets.crease
-    assert np.mean((facets.slope[..., 0] / exact[..., 1])[beside]) == pytest.approx(1.0, abs=MAX_SPINE_ERROR)
+    adjacent = inner(camera, 2 * WIDE_RADIUS) & (np.abs(along) < NEAR_SPINE_MM) & ~facets.crease
+    assert np.mean((facets.slope[..., 0] / exact[..., 1])[adjacent]) == pytest.approx(1.0, abs=MAX_SPINE_ERROR)
 
 
 @pytest.mark.parametrize("quiet", [0.0, 0.02, 0.1])
@@ -190,16 +190,16 @@ def test_dark_samples_have_less_weight(camera, noise, everywhere):
     signal = np.where(ink, 20.0, 200.0)
     exact = camera.cylinder(100.0)
     data = exact + np.where(ink, np.sqrt(10.0), 1.0) * noise
-    told, untold = (fit_facets(data, everywhere, everywhere, camera.rays.dx, light) for light in (signal, None))
-    assert told.noise == pytest.approx(camera.noise, rel=SAMPLING_ERROR)
-    assert np.isfinite(told.value[ink]).all()
-    assert rms((told.value - exact)[ink]) == pytest.approx(
+    reported, untold = (fit_facets(data, everywhere, everywhere, camera.rays.dx, light) for light in (signal, None))
+    assert reported.noise == pytest.approx(camera.noise, rel=SAMPLING_ERROR)
+    assert np.isfinite(reported.value[ink]).all()
+    assert rms((reported.value - exact)[ink]) == pytest.approx(
         centre_noise(WIDE_RADIUS)[0] * np.sqrt(10.0) * camera.noise, rel=3 * SAMPLING_ERROR
     )
-    beside = ~ink & inner(camera)
-    beside[:48] = beside[112:] = False
-    beside[:, :58] = beside[:, 142:] = False
-    assert rms((told.value - exact)[beside]) < 0.8 * rms((untold.value - exact)[beside])
+    adjacent = ~ink & inner(camera)
+    adjacent[:48] = adjacent[112:] = False
+    adjacent[:, :58] = adjacent[:, 142:] = False
+    assert rms((reported.value - exact)[adjacent]) < 0.8 * rms((untold.value - exact)[adjacent])
 
 
 def test_drop_outs_are_filled_inside_the_mask_only(camera, noise, everywhere):

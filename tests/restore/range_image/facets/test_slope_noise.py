@@ -10,7 +10,7 @@ from restore.range_image.facets.slope_statistics import slope_variances
 SEED = 5
 APART = 2 * WIDE_RADIUS + 1  # samples from a window to the next that has no sample of it
 NOISE_MM = 0.1
-TOLD = 0.25  # of the variance: a page of 160 × 200 samples has 600 separate windows, and the mean of the squares of a
+SPREAD = 0.25  # of the variance: a page of 160 × 200 samples has 600 separate windows, and the mean of the squares of a
 # third as many is off by 0.1 at one standard deviation
 NORMAL = 0.05  # of the variance of slopes that scatter each by itself: 7,000 squares, 0.017 at one standard deviation
 BENT = 1e-3  # of that variance: what the bend of a cylinder of 60 mm puts into a third difference
@@ -39,7 +39,7 @@ def test_the_scatter_is_that_of_the_slopes(noisy):
     found = variances(facets, inside)
     for k in (0, 1):
         error = inner(facets.slope[..., k] - true[..., k + 1])
-        assert inner(found[..., k]).mean() == pytest.approx(np.mean(error**2), rel=TOLD)
+        assert inner(found[..., k]).mean() == pytest.approx(np.mean(error**2), rel=SPREAD)
 
 
 def test_leaving_the_largest_squares_out_does_not_make_the_scatter_smaller(camera):
@@ -48,13 +48,13 @@ def test_leaving_the_largest_squares_out_does_not_make_the_scatter_smaller(camer
     np.testing.assert_allclose(found.mean(axis=(0, 1)), 4.0, rtol=NORMAL)
 
 
-def test_a_bend_is_no_scatter(camera, noisy):
+def test_a_bend_is_not_scatter(camera, noisy):
     inside, facets, true = noisy
     still = Facets(true[..., 0], true[..., 1:], np.zeros(inside.shape, bool), facets.noise)
     assert inner(variances(still, inside)).mean() < BENT * inner(variances(facets, inside)).mean()
 
 
-def test_more_scatter_beside_print_is_told_there(noisy):
+def test_more_scatter_next_to_print_is_found_there(noisy):
     inside, facets, true = noisy
     wilder = np.zeros(inside.shape)
     wilder[:, :100] = 1.0
@@ -64,17 +64,17 @@ def test_more_scatter_beside_print_is_told_there(noisy):
     assert found[:, :40].mean() > 2.0 * found[:, 160:].mean()
 
 
-def test_creases_are_no_scatter(noisy):
+def test_creases_are_not_scatter(noisy):
     inside, facets, _ = noisy
     crease = np.zeros(inside.shape, bool)
     crease[:, 100] = True
     slope = facets.slope.copy()
     slope[:, 100:, 0] += 1e3 * np.sqrt(variances(facets, inside)[..., 0].max())
     folded = variances(Facets(facets.value, slope, crease, facets.noise), inside)
-    assert folded.mean() == pytest.approx(variances(facets, inside).mean(), rel=TOLD)
+    assert folded.mean() == pytest.approx(variances(facets, inside).mean(), rel=SPREAD)
 
 
-def test_a_page_too_narrow_to_tell_has_none(camera):
+def test_a_page_too_narrow_for_an_estimate_has_none(camera):
     inside = np.ones((12, 15), bool)
     facets = Facets(np.full(inside.shape, 1e-3), np.zeros((*inside.shape, 2)), ~inside, 1e-9)
     np.testing.assert_array_equal(variances(facets, inside), 0.0)

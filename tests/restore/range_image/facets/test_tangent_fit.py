@@ -54,7 +54,7 @@ def test_on_a_steep_curl_slopes_are_right_where_those_of_quadratics_are_not(came
     assert np.abs(facets[..., 0] - data)[here].max() < MAX_ERROR * steep
 
 
-def test_noise_is_told_in_inverse_depth_whatever_the_slope(camera, steep):
+def test_noise_is_estimated_in_inverse_depth_whatever_the_slope(camera, steep):
     data, across = cylinder(camera)
     noise = np.random.default_rng(0).normal(0.0, camera.noise, data.shape)
     _, facets = fitted(data + noise, np.ones(data.shape), steep)
@@ -62,7 +62,7 @@ def test_noise_is_told_in_inverse_depth_whatever_the_slope(camera, steep):
         assert np.sqrt(np.nanmean(facets[..., 3][here & inner(camera)])) == pytest.approx(camera.noise, rel=0.1)
 
 
-def test_beside_a_spine_the_window_of_one_wall_tells_the_slope_at_its_edge(camera, steep):
+def test_next_to_a_spine_the_window_of_one_wall_shows_the_slope_at_its_edge(camera, steep):
     exact, along = camera.book(BOOK_DEG, BOOK_REACH_MM, SPINE)
     column = int(np.flatnonzero(along > 0)[0])
     centres = np.arange(exact[..., 0].size).reshape(camera.shape)
@@ -94,7 +94,7 @@ def test_three_columns_determine_a_quadratic_but_no_cubic(camera, steep):
     assert np.isfinite(facets[20:-20, 11]).all()
 
 
-def test_where_the_surface_turns_too_far_nothing_is_told_at_all(camera, steep):
+def test_where_the_surface_turns_too_far_nothing_is_estimated(camera, steep):
     """A step of ten columns' depth: the window of one side knows nothing of the other."""
     data = camera.plane() + 10.0 * steep * (np.indices(camera.shape)[1] > 100)
     noise = np.random.default_rng(1).normal(0.0, camera.noise, data.shape)

@@ -72,11 +72,11 @@ def test_the_plane_of_an_even_table_is_left_as_it_is(camera, page):
     assert np.array_equal(found(camera, page, PAPER, DARK, height).plane.height, height)
 
 
-def test_paper_of_the_tables_colour_is_not_told(camera, page):
+def test_paper_of_the_tables_colour_is_not_distinguished(camera, page):
     assert found(camera, page, PAPER, PAPER) is None
 
 
-def test_letters_are_no_sheet(camera, page):
+def test_letters_are_not_a_sheet(camera, page):
     lines = page & (camera.indices[0] % 8 < 2)
     assert found(camera, lines, DARK, PAPER) is None
 

@@ -21,7 +21,7 @@ def test_all_of_the_plane_round_a_page(page):
     np.testing.assert_array_equal(table_below(np.where(page, 5.0, 0.0)), ~page)
 
 
-def test_what_the_page_encloses_is_its_own_and_single_samples_tell_nothing(page):
+def test_what_the_page_encloses_is_its_own_and_single_samples_say_nothing(page):
     height = np.where(page, 5.0, 0.0)
     height[50:60, 70:80] = 0.0
     speckles = np.random.default_rng(0).choice(np.flatnonzero(~page), SPECKLES, replace=False)
@@ -40,13 +40,13 @@ def test_a_strip_on_the_table_from_side_to_side_of_a_page(page, columns, turned)
     np.testing.assert_array_equal(table_below(height), ~(page.T if turned else page))
 
 
-def test_two_pages_beside_each_other_are_not_one(page, columns):
+def test_two_pages_side_by_side_are_not_one(page, columns):
     """10 mm apart, with steps between them."""
     height = np.where(page & (np.abs(columns - 80.0) > 10.0), 5.0, 0.0)
     np.testing.assert_array_equal(table_below(height), height == 0.0)
 
 
-def test_nothing_above_a_plane_is_no_page(page):
+def test_nothing_above_a_plane_is_not_a_page(page):
     """Nor is what lies below it, nor a sheet smaller than 5 % of the samples."""
     small = np.zeros(SHAPE, bool)
     small[30:50, 40:60] = True

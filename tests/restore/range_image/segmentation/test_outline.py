@@ -28,7 +28,7 @@ def test_a_page_ends_by_a_step_whether_or_not_samples_are_lost_there(page, high,
     assert outline_above(height, page).clear == pytest.approx(1.0, abs=0.01)
 
 
-def test_beside_nothing_that_was_measured_a_page_has_no_outline(page, columns):
+def test_without_measured_neighbours_a_page_has_no_outline(page, columns):
     """A page of which the left half lies in a plane and the right half rises, before a scene that is out of depth."""
     height = np.where(page, np.maximum(columns - 80.0, 0.0) * PITCH, np.nan)
     found = outline_above(height, page & (columns > 80.0))
@@ -43,7 +43,7 @@ def test_a_table_of_which_little_is_measured_is_still_below_the_page(page, measu
     assert outline_above(np.where(lost, np.nan, np.where(page, 0.1, 0.0)), page).clear == 0.0
 
 
-def test_a_side_that_lies_on_the_table_is_told(page, columns):
+def test_a_side_that_lies_on_the_table_is_reported(page, columns):
     """One side of four rises from it, by 1 in 20."""
     height = np.where(page, (columns - 40.0) * PITCH / 20.0 + (columns > 60.0) * 5.0, 0.0)
     assert 0.15 < outline_above(height, page).touching < 0.4
@@ -85,7 +85,7 @@ def test_a_sheet_goes_on_where_samples_were_lost(page):
     assert is_sheet(page & measured, measured)
 
 
-def test_nothing_beside_a_table():
+def test_nothing_is_found_next_to_a_table():
     assert outline_above(np.zeros(SHAPE), np.zeros(SHAPE, bool)) == (0.0, 0.0)
 
 

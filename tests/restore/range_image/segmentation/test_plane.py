@@ -84,14 +84,14 @@ def test_samples_of_a_single_row_have_no_plane(camera):
     np.testing.assert_array_equal(plane.measured, band)
 
 
-def test_every_second_row_alone_tells_the_noise(camera):
+def test_every_second_row_alone_gives_the_noise(camera):
     inverse_depth = camera.plane() + np.random.default_rng(5).normal(0.0, camera.noise, camera.shape)
     inverse_depth[1::2] = np.nan
     plane = plane_of(camera, inverse_depth, band_of(camera) & np.isfinite(inverse_depth))
     assert plane.tolerance == pytest.approx(OUTLYING * camera.noise * DISTANCE_MM**2, rel=0.1)
 
 
-def test_noise_that_is_smooth_over_some_samples_is_told_by_samples_farther_apart(camera):
+def test_noise_that_is_smooth_over_some_samples_is_measured_farther_apart(camera):
     """As within the faces of a mesh: four samples of the view lie between two vertices."""
     rows, cols = camera.shape
     vertices = np.random.default_rng(6).normal(0.0, camera.noise, (rows // 4 + 2, cols))

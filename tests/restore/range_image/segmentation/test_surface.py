@@ -89,7 +89,7 @@ def test_a_page_just_above_a_table_does_not_tilt_its_surface(band, terms, bow_mm
     assert np.abs(terms @ surface.factors - heights)[band & ~page].max() < WITHIN_MM
 
 
-def test_how_uneven_a_table_is_its_blocks_tell(band, terms):
+def test_the_blocks_of_a_table_show_how_uneven_it_is(band, terms):
     """In waves that no quadratic follows, of a fifth of a millimetre: a root of two less is their deviation."""
     waves = 0.2 * np.sin(2.0 * np.pi * np.indices(SHAPE)[1] / 50.0)
     surface, blocks = surface_of(terms @ TILT + waves, band, terms, NOISE_MM)
@@ -110,7 +110,7 @@ def test_blocks_on_a_line_have_no_surface(terms, place):
     assert surface_of(terms @ TILT, band, terms)[0] is None
 
 
-def test_a_few_blocks_tell_a_plane(terms):
+def test_a_few_blocks_determine_a_plane(terms):
     band = np.zeros(SHAPE, bool)
     band[:12, :18] = True
     surface, blocks = surface_of(terms @ TILT, band, terms)

@@ -10,7 +10,7 @@ from restore.range_image.segmentation.surface import BORDER_BAND
 from restore.range_image.segmentation.table import find_table
 
 MIN_RECALL = 0.98  # of the table's samples: 1 % of a normal colour cloud lies outside, and four sigmas of noise
-MAX_FALSE_SHARE = 0.005  # of the sheet's samples, along its edge where colours mix
+MAX_FALSE_FRACTION = 0.005  # of the sheet's samples, along its edge where colours mix
 DISTANCE_MM = 921.5  # of the plane
 PAPER, TABLE = (232, 228, 218), (62, 58, 55)
 NOISY = 7.0  # times the noise of white paper: that of dark ink
@@ -47,10 +47,10 @@ def test_the_table_has_the_plane_and_the_colour_of_the_border(camera, sheet, col
     tilted = camera.plane((0.2, -0.1, 1.0))
     table = table_of(seen(camera, coloured, np.where(sheet, camera.cylinder(90.0, distance=880.0), tilted)))
     assert table[~sheet].mean() > MIN_RECALL
-    assert table[sheet].mean() < MAX_FALSE_SHARE
+    assert table[sheet].mean() < MAX_FALSE_FRACTION
 
 
-def test_a_pixel_is_of_the_table_by_its_share_of_the_light(camera, sheet):
+def test_a_pixel_is_of_the_table_by_its_fraction_of_the_light(camera, sheet):
     """Light is mixed where paper and table share a pixel; the codes that show it are those of sRGB."""
     linear = [(np.array(colour) / 255.0) ** 2.2 for colour in (PAPER, TABLE)]
     paper, table, mostly_table, mostly_paper = (
@@ -107,7 +107,7 @@ def test_samples_that_were_lost_do_not_hide_the_table(camera, sheet, coloured, l
     depths = np.where(sheet, camera.cylinder(90.0, distance=880.0), camera.plane())
     table = table_of(seen(camera, coloured, np.where(lost(camera), np.nan, depths)))
     assert table[~sheet & ~lost(camera)].mean() > MIN_RECALL
-    assert table[sheet].mean() < MAX_FALSE_SHARE
+    assert table[sheet].mean() < MAX_FALSE_FRACTION
 
 
 def curled_to_the_border(camera, sheet, coloured):
@@ -175,13 +175,13 @@ def test_without_a_table_in_view_none_is_detected(camera, sheet, coloured, scan)
     assert not table_of(scan(camera, sheet, coloured)).any()
 
 
-def test_a_flat_sheet_darker_than_its_table_is_told_by_its_thickness(camera, sheet):
+def test_a_flat_sheet_darker_than_its_table_is_found_by_its_thickness(camera, sheet):
     """Kraft paper, a tenth of a millimetre thick, on a white desk; a figure of its colour on a page is none."""
     for thickness_mm in (0.0, 0.1):
         surface = np.where(sheet, camera.plane(distance=DISTANCE_MM - thickness_mm), camera.plane())
         table = table_of(seen(camera, np.where(sheet[..., None], (170, 130, 90), PAPER).astype(float), surface))
         assert table[~sheet].mean() > (MIN_RECALL if thickness_mm else -1.0)
-        assert not table[sheet].any() or table[sheet].mean() < MAX_FALSE_SHARE
+        assert not table[sheet].any() or table[sheet].mean() < MAX_FALSE_FRACTION
         assert table.any() == (thickness_mm > 0.0)
 
 
@@ -193,7 +193,7 @@ def test_a_page_at_the_edge_of_the_picture_does_not_tilt_the_table_just_below_it
     colours = np.where(page[..., None], PAPER, TABLE).astype(float)
     table = table_of(seen(camera, colours, np.where(page, raised, camera.plane())))
     assert table[~page].mean() > MIN_RECALL
-    assert table[page].mean() < MAX_FALSE_SHARE
+    assert table[page].mean() < MAX_FALSE_FRACTION
 
 
 @pytest.mark.parametrize("coloured_scan", [True, False])
@@ -207,10 +207,10 @@ def test_a_table_may_be_bowed(camera, sheet, coloured, bow_mm, coloured_scan):
     scan = seen(camera, coloured, np.where(sheet, camera.cylinder(90.0, distance=880.0), bowed))
     table = table_of(scan if coloured_scan else replace(scan, texture=None))
     assert table[~sheet].mean() > MIN_RECALL
-    assert table[sheet].mean() < MAX_FALSE_SHARE
+    assert table[sheet].mean() < MAX_FALSE_FRACTION
 
 
-def test_samples_that_dark_ink_scatters_off_a_page_are_no_table(camera):
+def test_samples_that_dark_ink_scatters_off_a_page_are_not_a_table(camera):
     """A page that fills the picture, printed here and there at its border, too."""
     ink = np.zeros(camera.shape, bool)
     ink[40:120, 60:140] = ink[:5, 40:160] = ink[:30, :3] = True
@@ -236,7 +236,7 @@ def test_a_single_line_of_samples_has_no_table(camera, coloured, lost, coloured_
     assert not table.any()
 
 
-def test_the_page_is_told_from_a_table_of_three_colours(camera, sheet):
+def test_the_page_is_distinguished_from_a_table_of_three_colours(camera, sheet):
     """None of them has half of it, and not all of them are found."""
     third = camera.indices[1].astype(int) // 67
     colours = np.array([(40, 60, 110), (150, 30, 30), (60, 120, 60)], float)[third]
@@ -258,7 +258,7 @@ def test_black_cloth_of_which_little_is_measured_is_a_table(camera, sheet, share
     scan = seen(camera, np.where(page[..., None], PAPER, TABLE).astype(float), np.where(lost, np.nan, depths))
     table = table_of(scan if coloured_scan else replace(scan, texture=None))
     assert table[~page & scan.measured].mean() > MIN_RECALL
-    assert table[page].mean() < MAX_FALSE_SHARE
+    assert table[page].mean() < MAX_FALSE_FRACTION
 
 
 @pytest.fixture
@@ -268,7 +268,7 @@ def white(camera):
 
 
 @pytest.mark.parametrize("rise_mm", [4.0, 25.0])
-def test_a_table_of_the_papers_colour_is_told_by_the_step_to_a_page_that_stands_clear(camera, sheet, white, rise_mm):
+def test_a_table_of_the_papers_colour_is_found_by_the_step_to_a_raised_page(camera, sheet, white, rise_mm):
     page = camera.cylinder(250.0, distance=DISTANCE_MM - rise_mm - 5.0)
     table, touching, *_ = found_in(seen(camera, white, np.where(sheet, page, camera.plane())))
     assert table[~sheet].mean() > MIN_RECALL
@@ -284,7 +284,7 @@ def valley(camera):
 def test_a_strip_that_touches_such_a_table_within_the_page_is_the_pages(camera, sheet, white):
     table, *_ = found_in(seen(camera, white, np.where(sheet, valley(camera), camera.plane())))
     assert table[~sheet].mean() > MIN_RECALL
-    assert table[sheet].mean() < MAX_FALSE_SHARE
+    assert table[sheet].mean() < MAX_FALSE_FRACTION
 
 
 def test_how_much_of_the_outline_touches_such_a_table(camera, sheet, white):
@@ -304,7 +304,7 @@ def test_in_a_mesh_the_table_extends_to_the_border_of_the_measured_samples(camer
     scan = seen(camera, coloured, np.where(outer, raised, np.nan))
     table = table_of(scan, framed=False)
     assert table[outer & ~sheet].mean() > MIN_RECALL
-    assert table[sheet].mean() < MAX_FALSE_SHARE
+    assert table[sheet].mean() < MAX_FALSE_FRACTION
 
 
 def test_in_a_mesh_a_figure_on_a_flat_page_is_not_a_sheet_on_a_table(camera, sheet, coloured):
@@ -320,4 +320,4 @@ def test_without_colour_a_plane_on_all_four_sides_is_the_table(camera, sheet):
     depths = np.where(sheet, camera.cylinder(90.0, distance=880.0), camera.plane())
     table = table_of(replace(seen(camera, np.zeros((*camera.shape, 3)), depths), texture=None))
     assert table[~sheet].mean() > MIN_RECALL
-    assert table[sheet].mean() < MAX_FALSE_SHARE
+    assert table[sheet].mean() < MAX_FALSE_FRACTION

@@ -121,7 +121,7 @@ def test_hostile_values_change_nothing(opened):
     [(b'{"edits": {"overlap_mm": NaN}}', 422), (b'{"edits": ' + b"[" * 30_000, 400), (b'{"edits": {"layout"', 422)],
     ids=["not a number", "30,000 brackets", "cut off"],
 )
-def test_a_body_that_is_no_json_changes_nothing(opened, body, status):
+def test_a_body_that_is_not_json_changes_nothing(opened, body, status):
     capture = shoot(opened)["capture"]
     headers = {"If-Match": f'"{capture}"', "Content-Type": "application/json"}
     assert opened.put(EDITS, content=body, headers=headers).status_code == status

@@ -28,16 +28,16 @@ def shoot(browser, action="capture", **further):
     before = browser.get("/api/state").json()["session"]["events"]
     assert press(browser, action, **further).status_code == 202
 
-    def judged():
+    def checked():
         state = browser.get("/api/state").json()
         done = state["scanner"]["busy"] is None and state["session"]["restoring"] == []
         return state if done and state["session"]["events"] >= before + 3 else None
 
-    state = wait_for(judged, "the verdict")
+    state = wait_for(checked, "the verdict")
     return next(row for row in rows(browser) if row["page"] == state["session"]["current"])
 
 
-def test_pages_are_shot_judged_accepted_marked_and_taken_back(opened, root):
+def test_pages_are_shot_checked_accepted_marked_and_taken_back(opened, root):
     row = shoot(opened)
     assert (row["page"], row["label"], row["side"], row["level"], row["busy"]) == (1, "1", "right", "green", False)
     assert press(opened, "accept").json() == {"accepted": True, "action": "accept", "page": 1}
@@ -80,7 +80,7 @@ def test_a_page_is_put_between_two(opened):
     wait_for(lambda: [row["page"] for row in rows(opened)] == [4, 1, 3, 2])
 
 
-def test_a_page_shows_its_findings_beside_their_limits(served, opened):
+def test_a_page_shows_its_findings_next_to_their_limits(served, opened):
     served.restorer.measures["blur_px"] = 2.5
     row = shoot(opened)
     assert row["level"] == "red"
@@ -208,7 +208,7 @@ def test_a_full_disk_ends_the_shift_and_says_so(served, opened, monkeypatch):
     shoot(opened)
 
 
-def test_every_line_and_row_is_told_to_every_tab(served, opened):
+def test_every_line_and_row_is_sent_to_every_tab(served, opened):
     with served.client("b" * 16) as watcher, watcher.stream("GET", f"/api/events?tab={'b' * 16}") as events:
         lines = events.iter_lines()
         seen: dict[str, list] = {}

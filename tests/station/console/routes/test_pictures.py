@@ -31,7 +31,7 @@ from tests.station.console.conftest import GatedScanner, Served, StandInRestorer
 RADIUS_MM = 60.0
 PAGE_MM = (120.0, 80.0)
 # The mesh's faces are flat: a chord of 4 samples (a millimetre and a half) on 60 mm is shorter than its arc by 3e-5.
-ARC_SHARE = 2e-3  # with the noise of the simulated scanner, half a millimetre in 300
+ARC_FRACTION = 2e-3  # with the noise of the simulated scanner, half a millimetre in 300
 PARAMETERS = {"settings": {"points": 300, "dpi": 100, "method": "sticks"}, "outputs": ["coverage", "model"]}
 
 
@@ -151,11 +151,11 @@ def test_a_line_on_the_page_is_as_long_on_the_sheet_and_shorter_through_space(vi
     ask = f"/api/models/{row['restore']}/measure"
     found = browser.get(ask, params={"x0": 10, "y0": 40, "x1": 110, "y1": 40}).json()
     assert found["page_mm"] == pytest.approx(100.0)
-    assert found["sheet_mm"] == pytest.approx(100.0, rel=ARC_SHARE)
+    assert found["sheet_mm"] == pytest.approx(100.0, rel=ARC_FRACTION)
     # The chord of an arc of 100 mm: 2 r sin(s / 2r), r from 46 to 86 mm along the taper of the sheet.
     assert 2 * 46 * math.sin(100 / 92) < found["chord_mm"] < 2 * 86 * math.sin(100 / 172)
     along = browser.get(ask, params={"x0": 60, "y0": 5, "x1": 60, "y1": 75}).json()
-    assert along["chord_mm"] == pytest.approx(70.0, rel=ARC_SHARE)  # a ruling of the cylinder is straight
+    assert along["chord_mm"] == pytest.approx(70.0, rel=ARC_FRACTION)  # a ruling of the cylinder is straight
     assert len(along["line"]) <= 200
     nothing = browser.get(ask, params={"x0": 60, "y0": 5, "x1": 60, "y1": 5}).json()
     assert (nothing["page_mm"], nothing["sheet_mm"]) == (0.0, 0.0)

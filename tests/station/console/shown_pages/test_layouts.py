@@ -26,7 +26,7 @@ def test_the_latest_layouts_are_kept_and_others_found_again(root, monkeypatch):
         assert len(found) == 3
 
 
-def test_what_is_no_scan_has_no_layout(root):
+def test_what_is_not_a_scan_has_no_layout(root):
     with open_session(root / "missale") as writer:
         label = decide(writer, "label", "1r", page=1)
         with pytest.raises(ConsoleFault, match="not a scan"):

@@ -44,7 +44,7 @@ def test_lengths_on_a_cylinder(ruler):
 
 
 @given(*(st.floats(2, 118) for _ in range(2)), *(st.floats(2, 78) for _ in range(2)))
-def test_a_way_on_the_sheet_is_no_shorter_than_through_space_and_the_same_back(x0, x1, y0, y1):
+def test_a_path_on_the_sheet_is_at_least_as_long_as_through_space_and_the_same_back(x0, x1, y0, y1):
     ruler = ruler_on(curl_mesh(curl_scan()))
     there, back = ruler.measure((x0, y0), (x1, y1)), ruler.measure((x1, y1), (x0, y0))
     assert there["sheet_mm"] >= there["chord_mm"] - 1e-9
@@ -53,7 +53,7 @@ def test_a_way_on_the_sheet_is_no_shorter_than_through_space_and_the_same_back(x
 
 
 @pytest.mark.parametrize("point", [(-5, 40), (125, 40), (60, -5), (60, 85)])
-def test_beside_the_page_there_is_nothing_to_measure(ruler, point):
+def test_off_the_page_nothing_is_measured(ruler, point):
     with pytest.raises(ConsoleFault, match="next to the page"):
         ruler.measure((60, 40), point)
 
@@ -81,7 +81,7 @@ def test_arrays_come_back_as_they_were(shapes):
 
 
 @pytest.mark.parametrize("data", [b"", b"PLM1", b"PLM2\0\0\0\0", b"PLM1\xff\xff\xff\xff{}", b"PLM1\x02\0\0\0[]"])
-def test_what_is_no_model_is_refused(data):
+def test_what_is_not_a_model_is_refused(data):
     with pytest.raises(ValueError, match=r"model|valid"):
         decode_arrays(data)
 

@@ -30,26 +30,26 @@ def page(result=None, verdict=None) -> Page:
     return Page(1, None, MappingProxyType(runs), MappingProxyType({}))
 
 
-def judged(level: str, value: float, limits=(1.0, 2.0)) -> Page:
+def checked(level: str, value: float, limits=(1.0, 2.0)) -> Page:
     findings = [{"name": "blur_px", "level": level, "value": value, "limits": list(limits), **SAID}]
     return page({}, {"level": level, "checks": findings})
 
 
 def test_worse_pages_rank_higher():
     worse = [
-        judged("green", 0.5),
-        judged("green", 0.9),
+        checked("green", 0.5),
+        checked("green", 0.9),
         page(),
-        judged("amber", 1.1),
-        judged("amber", 1.9),
-        judged("red", 2.1),
-        judged("red", 50.0),
+        checked("amber", 1.1),
+        checked("amber", 1.9),
+        checked("red", 2.1),
+        checked("red", 50.0),
         page({"error": "no page"}),
     ]
     ranks = [rank_of(one) for one in worse]
     assert ranks == sorted(ranks)
     assert len(set(ranks[2:])) == len(ranks[2:])
-    assert rank_of(judged("amber", 0.92, (0.97, 0.9))) > rank_of(judged("amber", 0.96, (0.97, 0.9)))
+    assert rank_of(checked("amber", 0.92, (0.97, 0.9))) > rank_of(checked("amber", 0.96, (0.97, 0.9)))
 
 
 def test_a_page_asks_what_a_correction_answers_until_it_is_accepted():

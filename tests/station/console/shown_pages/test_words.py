@@ -94,7 +94,7 @@ def test_a_phrase_is_found_at_every_place():
         alto()[:-20],
     ],
 )
-def test_a_file_that_somebody_prepared_is_refused(tmp_path, data):
+def test_a_file_that_someone_prepared_is_refused(tmp_path, data):
     (tmp_path / "a.xml").write_bytes(data)
     with pytest.raises(ConsoleFault, match="damaged"):
         read_words(tmp_path / "a.xml")

@@ -69,7 +69,7 @@ def test_after_the_end_nothing_is_sent():
     asyncio.run(run())
 
 
-def test_what_is_left_of_the_disk_is_told_in_pages():
+def test_free_space_is_shown_in_pages():
     opened = SimpleNamespace(page_sizes=lambda: [10, 30])
     assert captures_left(opened, 100) == 5
     assert captures_left(SimpleNamespace(page_sizes=list), 100) is None

@@ -30,7 +30,7 @@ def control(clock: Clock) -> Control:
     return Control(clock, lambda: datetime(2026, 1, 2, tzinfo=UTC))
 
 
-def test_the_first_tab_acts_and_the_second_is_told_who_does(control):
+def test_the_first_tab_acts_and_the_second_is_shown_who_does(control):
     assert control.joined(ONE, "Firefox on Linux")
     assert not control.joined(TWO, "")
     control.require(ONE, "")

@@ -45,7 +45,7 @@ def test_events_come_in_order_with_their_numbers():
     asyncio.run(run())
 
 
-def test_what_a_browser_missed_is_sent_again_or_it_is_told_to_load_all():
+def test_missed_events_are_sent_again_or_the_browser_is_asked_to_load_all():
     async def run():
         stream = EventStream()
         stream.start()
@@ -68,7 +68,7 @@ def test_what_a_browser_missed_is_sent_again_or_it_is_told_to_load_all():
     asyncio.run(run())
 
 
-def test_a_slow_stream_is_told_to_load_all():
+def test_a_slow_stream_is_asked_to_load_all():
     async def run():
         stream = EventStream()
         stream.start()

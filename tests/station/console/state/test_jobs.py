@@ -144,17 +144,17 @@ def test_nonsense_of_a_process_changes_nothing():
     assert json.dumps(job.as_json()) == before
 
 
-def test_before_its_loop_there_are_no_jobs():
+def test_before_its_loop_starts_it_has_no_jobs():
     with pytest.raises(ConsoleFault, match="ending"):
         Jobs(lambda _job: None, lambda: datetime.now(UTC)).begin("verify", {}, {})
 
 
-def test_a_fault_of_the_work_is_told(root):
-    told = []
-    work.run({"kind": "verify", "session": str(root / "gone")}, told.append)
-    work.run({"kind": "magic"}, told.append)
-    assert "is not a session" in told[0]["error"]["text"]
-    assert "magic" in told[1]["error"]["text"]
+def test_a_fault_of_the_work_is_reported(root):
+    reported = []
+    work.run({"kind": "verify", "session": str(root / "gone")}, reported.append)
+    work.run({"kind": "magic"}, reported.append)
+    assert "is not a session" in reported[0]["error"]["text"]
+    assert "magic" in reported[1]["error"]["text"]
 
 
 def test_a_batch_reports_each_page_and_how_far_it_is(root, monkeypatch):
@@ -163,8 +163,8 @@ def test_a_batch_reports_each_page_and_how_far_it_is(root, monkeypatch):
         return Finished(out / "report.html", ())
 
     monkeypatch.setattr(work, "run_batch", run_batch)
-    told = []
-    work.run({"kind": "batch", "sessions": [], "out": str(root)}, told.append)
+    reported = []
+    work.run({"kind": "batch", "sessions": [], "out": str(root)}, reported.append)
     item = {"name": "Missale, page 2", "state": "restored", "text": "green"}
-    assert told[:2] == [{"item": item}, {"progress": ["3 of 12", 0.25]}]
-    assert told[2]["result"]["restored"] == 1
+    assert reported[:2] == [{"item": item}, {"progress": ["3 of 12", 0.25]}]
+    assert reported[2]["result"]["restored"] == 1

@@ -56,7 +56,7 @@ def test_tasks_are_done_between_keys_and_closing_waits_for_them(root):
     assert [line.key for line in lines] == ["title", "stored", "verdict", "marked"]
 
 
-def test_a_fault_in_the_shift_ends_it_and_is_told(root):
+def test_a_fault_in_the_shift_ends_it_and_is_reported(root):
     ended = []
 
     def no_disk() -> RangeScan:

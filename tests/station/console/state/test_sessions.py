@@ -44,7 +44,7 @@ def test_names_lead_nowhere_else(client, root):
     assert client.post("/api/sessions", json={"name": "link", "title": "x"}).json()["error"]["key"] == "exists"
 
 
-def test_the_folders_of_exports_and_batches_are_no_names_of_sessions(client, root):
+def test_the_folders_of_exports_and_batches_are_not_names_of_sessions(client, root):
     for name in ("exports", "batches", "Exports"):
         refused = client.post("/api/sessions", json={"name": name, "title": "x"})
         assert (refused.status_code, refused.json()["error"]["key"]) == (422, "invalid")

@@ -9,7 +9,7 @@ from station.errors import UsageError
 from station.storage.session_folder import EXPORTS
 
 
-def test_an_export_has_its_place_beside_the_sessions(root):
+def test_an_export_is_next_to_the_sessions(root):
     kind, about, task = export_task(root, root / "missale", "pdf", None)
     assert (kind, about) == ("export", {"session": "missale", "format": "pdf"})
     assert task["out"] == str(root / EXPORTS / "missale-pdf")

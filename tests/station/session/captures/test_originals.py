@@ -70,7 +70,7 @@ def test_a_scan_folder(volume, tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"", b"v 0 0\nf 1 2 3\n"])
-def test_what_cannot_be_read_is_no_page(volume, tmp_path, content):
+def test_an_unreadable_file_is_not_a_page(volume, tmp_path, content):
     (tmp_path / "bad.obj").write_bytes(content)
     with open_session(volume) as writer:
         with pytest.raises(BadInput) as caught:

@@ -57,7 +57,7 @@ def test_the_command_takes_a_folder_of_them(volume, pictures, tmp_path, capsys):
     assert main(["verify", str(volume), "--index", str(index)]) == 0
 
 
-def test_what_is_no_set_is_not_stored(volume, pictures, tmp_path):
+def test_an_invalid_set_is_not_stored(volume, pictures, tmp_path):
     (pictures / "d.jpg").write_bytes(b"no picture")
     twin = tmp_path / "a.jpg"
     twin.write_bytes((pictures / "a.jpg").read_bytes())

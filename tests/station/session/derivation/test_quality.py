@@ -32,7 +32,7 @@ def restored(writer: Writer, seed: int, strain: float):
     return record_run(writer, RESTORE, capture, parameters={}, result=result)
 
 
-def test_a_verdict_is_recorded_once_beside_the_limits_of_the_preset(writer) -> None:
+def test_a_verdict_is_recorded_once_next_to_the_limits_of_the_preset(writer) -> None:
     run = restored(writer, 1, 0.015)
     assert lacks_verdict(writer.history.page(run.page))
     verdict = record_verdict(writer, run)
@@ -54,8 +54,8 @@ def test_the_same_print_on_another_page_is_red_and_the_pages_compared_are_inputs
 
 def test_a_verdict_notes_a_calibration_that_is_nominal_or_old(writer) -> None:
     run = restored(writer, 1, 0.0)
-    told = {"calibration": {"kind": "nominal"}, "parts": {}}
-    result = run_verdict({**run.result, **told}, {"thresholds": {}}, {}).result
+    reported = {"calibration": {"kind": "nominal"}, "parts": {}}
+    result = run_verdict({**run.result, **reported}, {"thresholds": {}}, {}).result
     assert (result["level"], [note["name"] for note in result["notes"]]) == ("green", ["calibration_nominal"])
     (line,) = note_lines(QualityCheck.model_validate(result))
     assert line.startswith("    note   the calibration is nominal: sizes are uncertain by half a per cent")

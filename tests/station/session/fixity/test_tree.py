@@ -9,7 +9,7 @@ from pathlib import Path
 from station.session.fixity.tree import place_of, tree_digests
 
 
-def test_every_file_link_and_empty_folder_is_told(tmp_path: Path) -> None:
+def test_every_file_link_and_empty_folder_is_reported(tmp_path: Path) -> None:
     (tmp_path / "a/empty").mkdir(parents=True)
     (tmp_path / "a/one").write_bytes(b"one")
     (tmp_path / "left").mkdir()

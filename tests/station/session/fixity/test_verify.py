@@ -61,7 +61,7 @@ def test_a_sound_session_has_no_problem(session):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_single_fault_is_found_named_and_mended(session, tmp_path, kind):
+def test_every_single_fault_is_found_named_and_repaired(session, tmp_path, kind):
     before, random = contents(session), np.random.default_rng(KINDS.index(kind))
     for _ in range(FAULTS_OF_A_KIND):
         with file_fault(session, kind, random) as fault:
@@ -106,7 +106,7 @@ def test_equal_files_of_the_session_stand_in_for_each_other(session):
     assert verify(session).problems == ()
 
 
-def test_what_cannot_be_derived_again_to_the_byte_is_left_and_told(session):
+def test_a_file_that_cannot_be_derived_again_to_the_byte_is_left_and_reported(session):
     damage(session / "data" / "0001-000003-restore" / TEXT)
 
     def other(session, event, folder):
@@ -141,7 +141,7 @@ def test_a_moved_pointer_and_a_forged_input_are_found(session):
     assert ("contradiction", 1) in {(one.kind, one.page) for one in problems}
 
 
-def test_an_interrupted_writer_is_told_from_damage(session):
+def test_an_interrupted_writer_is_distinguished_from_damage(session):
     before = contents(session)
     with open_session(session) as writer:
         decide(writer, "note", "x", page=2)
@@ -159,12 +159,12 @@ def test_a_session_that_is_written_to_is_left_alone(session):
         verify(session)
 
 
-def test_a_folder_that_is_no_session(tmp_path):
+def test_a_folder_that_is_not_a_session(tmp_path):
     with pytest.raises(BadInput):
         verify(tmp_path)
 
 
-def test_two_records_of_an_event_lost_are_told_as_such(session):
+def test_two_records_of_an_event_lost_are_reported_as_such(session):
     (session / "data" / "0001-000003-restore" / "event.json").unlink()
     lines = (session / bag.LOG).read_bytes().splitlines(keepends=True)
     (session / bag.LOG).write_bytes(b"".join(lines[:2] + lines[3:]))

@@ -30,8 +30,8 @@ def test_rebuilt_it_is_equal_to_the_one_that_grew(volume, tiny_scan, tmp_path):
         update(index, writer.session)
     assert reindex(other, [tmp_path]) == []
     assert (sessions(index), pages(index)) == (sessions(other), pages(other))
-    told = [(one.page, one.state, one.level) for one in pages(index)]
-    assert told == [(3, "again", "amber"), (1, "accepted", "amber"), (2, "again", "amber")]
+    reported = [(one.page, one.state, one.level) for one in pages(index)]
+    assert reported == [(3, "again", "amber"), (1, "accepted", "amber"), (2, "again", "amber")]
     assert reindex(index, []) == []
     assert (sessions(index), pages(index)) == (sessions(other), pages(other))
 
@@ -54,7 +54,7 @@ def test_a_session_is_found_by_folder_identifier_or_title(volume, tmp_path):
         find(index, "A volume")
 
 
-def test_a_damaged_index_is_told_and_rebuilt(volume, tmp_path):
+def test_a_damaged_index_is_reported_and_rebuilt(volume, tmp_path):
     index = tmp_path / INDEX
     index.write_bytes(b"no database at all" * 100)
     with pytest.raises(IndexUnusable, match="cannot be used"):
@@ -63,7 +63,7 @@ def test_a_damaged_index_is_told_and_rebuilt(volume, tmp_path):
     assert [one.id for one in sessions(index)] == ["an-id"]
 
 
-def test_a_file_that_is_no_index_is_neither_replaced_nor_added_to(volume, tmp_path):
+def test_a_file_that_is_not_an_index_is_neither_replaced_nor_added_to(volume, tmp_path):
     (tmp_path / "scan.ply").write_bytes(b"ply\n")
     with closing(sqlite3.connect(tmp_path / "other.sqlite")) as database:
         database.execute("create table photographs (name text)")
@@ -147,7 +147,7 @@ def test_a_session_that_cannot_be_read_is_left_out_and_named(volume, tmp_path, m
     assert reindex(tmp_path / "index", [tmp_path]) == [f"{volume} cannot be read: Permission denied"]
 
 
-def test_a_session_that_was_renamed_is_found_beside_its_old_place(volume, tmp_path):
+def test_a_session_that_was_renamed_is_found_next_to_its_old_place(volume, tmp_path):
     index = tmp_path / "index"
     update(index, read_session(volume))
     volume.rename(tmp_path / "new name")
@@ -157,7 +157,7 @@ def test_a_session_that_was_renamed_is_found_beside_its_old_place(volume, tmp_pa
         assert f"planish session recover '{tmp_path / 'new name'}'" in caught.value.hint
 
 
-def test_a_session_that_is_elsewhere_is_not_taken_for_the_one_in_its_place(volume, tmp_path):
+def test_a_session_that_is_elsewhere_is_not_mistaken_for_the_one_in_its_place(volume, tmp_path):
     index = tmp_path / "index"
     update(index, read_session(volume))
     shutil.rmtree(volume)

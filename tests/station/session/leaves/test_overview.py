@@ -7,7 +7,7 @@ from station.session.leaves.leaf import missing_labels
 from station.session.leaves.overview import overview, overview_lines
 
 
-def test_pages_are_told_in_their_order_with_their_labels(volume, tiny_scan):
+def test_pages_are_listed_in_their_order_with_their_labels(volume, tiny_scan):
     with open_session(volume) as writer:
         for _ in range(3):
             add_scan(writer, tiny_scan, facts={})
@@ -15,8 +15,8 @@ def test_pages_are_told_in_their_order_with_their_labels(volume, tiny_scan):
         decide(writer, "label", "iv", page=1)
         decide(writer, "note", "gone again", page=2)
         undo(writer)
-        told, lines = overview(writer.session), list(overview_lines(writer.session))
-    assert [(page["page"], page["label"], page["note"]) for page in told["pages"]] == [
+        reported, lines = overview(writer.session), list(overview_lines(writer.session))
+    assert [(page["page"], page["label"], page["note"]) for page in reported["pages"]] == [
         (1, "iv", ""),
         (3, "2", ""),
         (2, "3", ""),
@@ -38,7 +38,7 @@ def test_an_empty_session(volume):
         assert list(overview_lines(writer.session)) == ["A volume  tests", f"{volume}, 0 pages, 1 events, preset book"]
 
 
-def test_labels_that_leave_out_pages_are_told(volume, tiny_scan):
+def test_gaps_between_labels_are_reported(volume, tiny_scan):
     with open_session(volume) as writer:
         for _ in range(3):
             add_scan(writer, tiny_scan, facts={})

@@ -160,7 +160,7 @@ def test_a_fingerprint_is_unpacked_to_its_size():
 
 @pytest.mark.parametrize("name", [bag.BAGIT, bag.LOG, bag.MANIFEST, bag.TAG_MANIFEST])
 @pytest.mark.parametrize("put", ["a folder", "a link to itself", "a link to a folder"])
-def test_what_is_no_file_is_damage_and_not_the_disks_fault(tmp_path, name, put):
+def test_what_is_not_a_file_is_damage_and_not_the_disks_fault(tmp_path, name, put):
     folder = written(tmp_path / "s", events())
     (folder / name).unlink()
     if put == "a folder":

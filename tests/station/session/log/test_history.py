@@ -102,8 +102,8 @@ def test_undo_and_redo_are_those_of_two_stacks(steps):
             history = redone(history)
             if future:
                 past, state = [*past, state], future.pop()
-        told = {(p, s): n for p, slots in history.pointers.items() for s, n in slots.items() if s != "words"}
-        assert told == state
+        reported = {(p, s): n for p, slots in history.pointers.items() for s, n in slots.items() if s != "words"}
+        assert reported == state
     assert folded(history.events) == history
 
 

@@ -122,7 +122,7 @@ def test_files_of_others_are_stored_unchanged(volume, tmp_path):
     bagit.Bag(str(volume)).validate()
 
 
-def test_a_second_writer_is_told_of_the_first(volume):
+def test_a_second_writer_is_refused_by_the_name_of_the_first(volume):
     with open_session(volume), pytest.raises(FolderInUse, match=f"process {os.getpid()}"), open_session(volume):
         pass
 
@@ -134,7 +134,7 @@ def test_a_session_is_never_created_over_anything(volume):
     assert contents(volume) == before
 
 
-def test_a_folder_that_is_no_session(tmp_path):
+def test_a_folder_that_is_not_a_session(tmp_path):
     with pytest.raises(BadInput, match="is not a session"):
         read_session(tmp_path)
     with pytest.raises(BadInput, match="is not a session"), open_session(tmp_path):
@@ -177,7 +177,7 @@ def test_an_interrupted_event_is_completed_at_any_byte(volume, tiny_scan, tmp_pa
 
 @pytest.mark.parametrize("name", [bag.BAG_INFO, bag.LOG, bag.MANIFEST, bag.TAG_MANIFEST])
 @pytest.mark.parametrize("change", ["flip", "cut", "grow", "delete"])
-def test_damage_is_not_taken_for_an_interruption(volume, tiny_scan, name, change):
+def test_damage_is_not_mistaken_for_an_interruption(volume, tiny_scan, name, change):
     filled(volume, tiny_scan)
     path = volume / name
     data = path.read_bytes()

@@ -15,7 +15,7 @@ UNLIMITED = "size_ci95_mm"  # a limit needs a measured calibration
 
 
 @pytest.mark.parametrize("path", sorted(PRESETS.glob("*.toml")), ids=lambda path: path.stem)
-def test_presets_that_come_along_are_usable(path):
+def test_presets_that_are_bundled_are_usable(path):
     preset = load_preset(path.stem)
     parameters = RestoreParameters.model_validate(preset.parameters())
     assert parameters.settings == Settings.model_validate(preset.settings)
@@ -63,7 +63,7 @@ def test_a_preset_that_is_not_there_names_the_file_that_was_meant_and_those_that
     assert caught.value.hint == f"give the whole name, mine.toml, or {shipped}"
 
 
-def test_a_preset_that_cannot_be_read_is_told_why(tmp_path):
+def test_an_unreadable_preset_is_refused_with_the_reason(tmp_path):
     (tmp_path / "folder.toml").mkdir()
     (tmp_path / "bytes.toml").write_bytes(b"\xff")
     for name, why in {"folder": "it is a folder", "bytes": "is not a TOML file"}.items():
