@@ -48,7 +48,8 @@ class RestoredLeaves:
     ) -> RestoredPage:
         """Restore a part, its corrections applied.
 
-        settings: those of `settings_of` by default. photos, progress, on_step: as for `restore`.
+        settings: those of `settings_of` by default.
+        photos: (h, w, 3), or as `read_photographs` gives them; these, progress and on_step as for `restore`.
         """
         settings = settings or self.settings_of(part)
         page = restore(self.found.parts[part], settings, photos=photos, progress=progress, on_step=on_step)

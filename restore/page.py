@@ -172,7 +172,7 @@ class RestoredPage:
     def uncropped(self) -> Bytes | None:
         """The master without crop and with what was removed by hand, or None.
 
-        (h', w', 3) uint8 RGB.
+        Its own (h, w, 3) uint8 RGB.
         """
         return self._optional("uncropped")
 

@@ -102,7 +102,7 @@ class Relief:
         return self.points(places)
 
     def flat_corners(self, vertices: Floats, faces: Ints, places: Floats) -> None:
-        """Return None: facets have no flat page of their own."""
+        """Return None: facets (m, 3) have no flat page of their own."""
 
     def gutter_widths(self) -> None:
         """Return None: no crease parts it in two."""

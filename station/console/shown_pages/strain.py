@@ -94,7 +94,7 @@ def hexadecimal(colours: Floats) -> list[str]:
 
 
 def end_of_scale(values: Floats) -> float:
-    """Return the greatest value of the colours, of values of either sign that may be NaN.
+    """Return the greatest value of the colours, of values (…) of either sign, or NaN.
 
     >>> end_of_scale(np.array([[0.003, 0.011, np.nan]]))
     0.02
