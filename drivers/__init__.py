@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from drivers.scanner import CaptureSettings, Scanner, ScannerError, SettingsError, Turner
+from drivers.scanner import CaptureSettings, ScanFile, Scanner, ScannerError, SettingsError, Turner
 
 if TYPE_CHECKING:
     from drivers.stage import RotaryStage
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CaptureSettings",
+    "ScanFile",
     "Scanner",
     "ScannerError",
     "SettingsError",
@@ -45,6 +46,7 @@ class Driver(NamedTuple):
 
 VIVID: frozenset[Fact] = frozenset({"laser", "depth window", "calibration"})
 DRIVERS = {
+    "program": Driver("drivers.program.scanner", "drivers.program.config"),
     "simulated": Driver("drivers.simulated", "drivers.vivid900.settings", VIVID),
     "vivid900": Driver("drivers.vivid900.connecting", "drivers.vivid900.settings", VIVID),
 }

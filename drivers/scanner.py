@@ -11,8 +11,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from math import inf
+from pathlib import Path
+from shutil import rmtree
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self, get_args, get_type_hints, runtime_checkable
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    NamedTuple,
+    Protocol,
+    Self,
+    TypeAlias,
+    get_args,
+    get_type_hints,
+    runtime_checkable,
+)
 
 if TYPE_CHECKING:  # the library takes seconds to import, and every command reports its errors by this module
     from restore.scan import RangeScan
@@ -139,11 +151,35 @@ class CaptureSettings:
         return replace(self, average=1)
 
 
+@dataclass(frozen=True)
+class ScanFile:
+    """A scan that the scanner's own program wrote. It is stored as it came, then read.
+
+    path        the file; the files that it names lie next to it.
+    reading     unit, grid and depth of it, as for `load_scan`.
+    provenance  facts that the file does not hold.
+    folder      made for this shot alone; None where the files stay.
+    """
+
+    path: Path
+    reading: Mapping[str, str] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    folder: Path | None = None
+
+    def discard(self) -> None:
+        """Remove the folder of the shot: the scan is stored, or was only looked at."""
+        if self.folder is not None:
+            rmtree(self.folder, ignore_errors=True)
+
+
+Shot: TypeAlias = "RangeScan | ScanFile"
+
+
 class Scanner(Protocol):
     """A range scanner. Use it as a context manager: leaving switches the laser off."""
 
-    def capture(self, settings: CaptureSettings, progress: Progress = ...) -> RangeScan:
-        """Shoot once and return the range grid with its colour image."""
+    def capture(self, settings: CaptureSettings, progress: Progress = ...) -> Shot:
+        """Shoot once; return the range grid with its colours, or the file that has them."""
         ...
 
     def close(self) -> None:
@@ -168,5 +204,17 @@ class Turner(Protocol):
         opening: counted from 0.
         attempt: how often it was captured before.
         Raises ScannerError.
+        """
+        ...
+
+
+@runtime_checkable
+class SelfTriggered(Protocol):
+    """Captures without a key: of a scanner that is triggered by hand."""
+
+    def wait(self, seconds: float) -> bool:
+        """Wait for a shot no longer than some seconds; return whether one is there.
+
+        It may be called from any thread.
         """
         ...

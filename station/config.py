@@ -148,6 +148,13 @@ def _resolve_file_names(path: Path, scanner: Any) -> None:
         for key in ("profile", "calibration", "body"):
             if str(scanner.get(key, "")).endswith(".toml"):
                 scanner[key] = str(path.parent / scanner[key])
+        for key, words in scanner.items():
+            if isinstance(words, list):  # a command, which is run in another folder
+                scanner[key] = [_resolved(word, path.parent) if isinstance(word, str) else word for word in words]
+
+
+def _resolved(word: str, folder: Path) -> str:
+    return str((folder / word).resolve()) if (folder / word).is_file() else word
 
 
 def build_model(model: type[Model], values: Mapping[str, Any], *, name: Callable[[str], str], hint: str) -> Model:

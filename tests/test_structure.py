@@ -134,6 +134,7 @@ MAY_ASK = {
     "station/run/one_page.py",
     "station/run/pieces.py",
     "station/run/scale.py",
+    "station/run/shots.py",
     "station/run/turntable.py",
     "station/console/shown_pages/models.py",  # what the page draws of it
     "station/verdict/measures.py",  # a measure that only a range image has

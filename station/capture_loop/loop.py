@@ -13,7 +13,8 @@ from threading import Thread
 from typing import Any
 
 from drivers import ScannerError
-from restore import PageEdits, RangeScan
+from drivers.scanner import Shot
+from restore import BadInput, PageEdits
 from station.capture_loop.keys import ACTIONS, HELP, Action
 from station.capture_loop.turning import Place, place_of, stay
 from station.errors import explain
@@ -23,7 +24,6 @@ from station.session import (
     Page,
     Writer,
     add_rule,
-    add_scan,
     correct,
     decide,
     record_run,
@@ -31,6 +31,7 @@ from station.session import (
     scan_path,
     undo,
 )
+from station.session.captures.originals import add_shot
 from station.session.corrections.layers import rules_of
 from station.session.corrections.transfer import carried_edits, uncarried
 from station.session.derivation.fitting import show_fitting
@@ -95,7 +96,7 @@ class CaptureLoop:
     """
 
     writer: Writer
-    shoot: Callable[[], RangeScan] | None
+    shoot: Callable[[], Shot] | None
     submit: Submit
     show: Show
     changed: Callable[[], None] = lambda: None
@@ -198,13 +199,10 @@ class CaptureLoop:
             return
         try:
             self.turn(place_of(self.writer.history, page))
-            scan = self.shoot()
-        except ScannerError as error:
+            event = add_shot(self.writer, self.shoot(), page=page)
+        except (ScannerError, BadInput) as error:
             self.show(Message(f"not captured: {error}" + (f" ({error.hint})" if error.hint else ""), "not_shot"))
             return
-        event = add_scan(
-            self.writer, scan, page=page, facts={"by": "planish capture", "provenance": dict(scan.provenance)}
-        )
         self._page = event.page
         self._show_of_page(event.page, "stored", "stored")
         self._begin(event)

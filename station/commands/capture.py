@@ -12,7 +12,7 @@ import typer
 
 from station.commands.options import Debug
 from station.commands.sessions import Index, Named, enter, find_session
-from station.commands.terminal import print_result, report_faults
+from station.commands.terminal import print_note, print_result, report_faults
 
 Station = Annotated[
     Path | None,
@@ -38,6 +38,7 @@ def capture(
         import drivers
         from station.capture_loop import keys
         from station.capture_loop.loop import CaptureLoop
+        from station.capture_loop.triggering import laser_note, triggered
         from station.capture_loop.turning import stay, turn
         from station.config import load_config
         from station.errors import UsageError
@@ -50,7 +51,7 @@ def capture(
         station = load_config(config or Path(named)) if config or named else None
         stack.callback(lambda: enter(index, writer.session))
         submit = stack.enter_context(background(run_restore))
-        take, turned = None, stay
+        scanner, take, turned = None, None, stay
         if station is not None:
             try:
                 scanner = stack.enter_context(drivers.open_scanner(station.scanner))
@@ -58,6 +59,8 @@ def capture(
                 raise UsageError(f"configuration: {error}", error.hint) from error
             settings = station.capture
             take, turned = partial(scanner.capture, settings), partial(turn, scanner)
+            if note := laser_note(station.scanner):
+                print_note(note)
         loop = CaptureLoop(
             writer,
             take,
@@ -69,4 +72,5 @@ def capture(
         stack.enter_context(keys.single_strokes(sys.stdin))
         stack.enter_context(keys.foot_switch(foot_switch, lambda: loop.inbox.put(" ")))
         keys.read_keys(sys.stdin, loop.inbox.put)
-        loop.run()
+        with triggered(scanner, loop):
+            loop.run()

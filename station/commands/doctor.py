@@ -6,11 +6,11 @@ import json
 import shlex
 import shutil
 import subprocess
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -166,6 +166,17 @@ def _tesseract(languages: Sequence[str] | None) -> Check:
     return Check("tesseract", "ok", f"tesseract reads {', '.join(languages)} (more: {install}-<language>)")
 
 
+def check_scanner(config: Mapping[str, Any]) -> Check:
+    """Open the scanner of a table `[scanner]` that is not a Vivid 900, and close it."""
+    from drivers import ScannerError, open_scanner
+
+    try:
+        with open_scanner(config) as scanner:
+            return Check("scanner", "ok", f"{getattr(scanner, 'identity', config['driver'])} answers")
+    except ScannerError as error:
+        return Check("scanner", "problem", str(error), error.hint)
+
+
 def check_calibration(config: Path, today: date) -> Check:
     """Check the calibration that a configuration names.
 
@@ -250,7 +261,7 @@ def doctor(
     product: Product = "VIVID",
     probe: Probe = False,
     config: Annotated[
-        Path | None, typer.Option(help="Configuration whose calibration is checked.", show_default=False)
+        Path | None, typer.Option(help="Configuration whose scanner or calibration is checked.", show_default=False)
     ] = None,
     packages: Annotated[
         bool, typer.Option("--packages", help="Print only the Debian packages of missing libraries.")
@@ -264,11 +275,18 @@ def doctor(
             for package in missing_packages(missing_libraries()):
                 print_result(package)
             raise typer.Exit
+        from drivers import driver_of
         from drivers.vivid900.discovery import Host, NameFilter
+        from station.config import load_config
 
-        checks = run_checks(Host(), NameFilter(vendor, product), tesseract_languages, missing_libraries(), probe=probe)
-        if config is not None:
-            checks.append(check_calibration(config, date.today()))
+        table = None if config is None else load_config(config).scanner
+        if table is not None and "calibration" not in driver_of(table).facts:
+            checks = [*_libraries(missing_libraries()), check_scanner(table), _tesseract(tesseract_languages())]
+        else:
+            names = NameFilter(vendor, product)
+            checks = run_checks(Host(), names, tesseract_languages, missing_libraries(), probe=probe)
+            if config is not None:
+                checks.append(check_calibration(config, date.today()))
         print_result(json.dumps([asdict(check) for check in checks]) if as_json else "\n".join(format_report(checks)))
     if any(check.state == "problem" for check in checks):
         raise typer.Exit(PROBLEM_CODE)

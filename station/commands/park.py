@@ -29,14 +29,19 @@ def park_station(config: StationConfig, *, report: Callable[[str], None]) -> Non
 
     The second even when the first fails.
     report: called with a line for each that is parked.
-    Raises the first ScannerError, with a note for a second one, and with LASER_MAY_BE_ON when the scanner failed.
+    Raises the first ScannerError, with a note for a second one, and with LASER_MAY_BE_ON when a scanner with a laser
+    failed.
     """
+    from drivers import driver_of
+
     errors: list[ScannerError] = []
+    has_laser = "laser" in driver_of(config.scanner).facts
     try:
         _park_scanner(config)
-        report("scanner: the laser is off")
+        report(f"scanner: {'the laser is off' if has_laser else 'closed; nothing is known of its laser'}")
     except ScannerError as error:
-        error.add_note(LASER_MAY_BE_ON)
+        if has_laser:
+            error.add_note(LASER_MAY_BE_ON)
         errors.append(error)
     try:
         if _park_stage(config):

@@ -13,6 +13,7 @@ from time import perf_counter
 from typing import Any
 
 import drivers
+from drivers.scanner import ScanFile, Shot
 from restore import (
     BadInput,
     Finding,
@@ -46,8 +47,9 @@ from station.run.peak_memory import peak_memory_mib
 from station.run.pieces import Selected, select_leaves, select_sheets
 from station.run.plausibility import check_plausible_page
 from station.run.scale import page_size_of, scaled_to
+from station.run.shots import read_shot
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured, refuse_existing, write_all
-from station.storage.disk import Contents
+from station.storage.disk import Contents, copy_file
 from station.storage.folder_lock import FolderLock, recover
 from station.words.orientation import turned
 from station.words.words import check_language, find_tesseract, findings_of_words, recognise
@@ -151,16 +153,16 @@ def scan_page(
     refuse_existing(destination.files(stem, options), force=destination.force)
     with lock_output_folder(destination.folder) as lock:
         start = clock()
-        scans = _capture(config, shots, progress)
+        captured = _capture(config, shots, progress)
         source_record = SourceRecord({}, {"load": 0.0, "capture": clock() - start})
         return store_and_restore(
-            scans, places, destination, options, stem, source_record, lock=lock, progress=progress, clock=clock
+            captured, places, destination, options, stem, source_record, lock=lock, progress=progress, clock=clock
         )
 
 
 def store_and_restore(
-    scans: Sequence[RangeScan],
-    stored: Sequence[Path],
+    shots: Sequence[Shot],
+    folders: Sequence[Path],
     destination: Destination,
     options: RunOptions,
     stem: str,
@@ -172,13 +174,12 @@ def store_and_restore(
 ) -> Outcome:
     """Store a scan and further captures, then restore it.
 
-    They are stored in the folders `stored` and survive every later error. Raises OverwriteError, NotEnoughSurface,
-    OSError when the disk refuses.
+    They are stored in the folders, a file of the scanner's own as it came, and survive every later error. Raises
+    OverwriteError, NotEnoughSurface, BadInput for a file that cannot be read, OSError when the disk refuses.
     """
     start = clock()
-    for shot, path in zip(scans, stored, strict=True):
-        with new_folder(lock, path.name) as folder:
-            save_scan(shot, folder)
+    scans = [read_shot(shot) for shot in shots]
+    stored = [_store(shot, path, lock) for shot, path in zip(shots, folders, strict=True)]
     report_fields, seconds = (
         {"scan": str(stored[0]), **source_record.report_fields},
         {**source_record.seconds, "store": clock() - start},
@@ -197,6 +198,19 @@ def store_and_restore(
         error.add_note(f"the scan is safe in {stored[0]}; restore it with: {again}")
         raise
     return replace(outcome, files=(*stored, *outcome.files))
+
+
+def _store(shot: Shot, path: Path, lock: FolderLock) -> Path:
+    """Store a shot in a new folder; return the path of the scan in it, for `load_scan`."""
+    with new_folder(lock, path.name) as folder:
+        if not isinstance(shot, ScanFile):
+            save_scan(shot, folder)
+            return path
+        here = shot.path.resolve().parent
+        for file in (shot.path.resolve(), *referenced_files(shot.path)):
+            copy_file(file, folder / file.relative_to(here))
+    shot.discard()
+    return path / shot.path.name
 
 
 def stem_of(source: Path) -> str:
@@ -249,7 +263,7 @@ def _combined_shots(shots: Sequence[RangeScan | SurfaceMesh]) -> RangeScan | Sur
     return super_resolve(scans)
 
 
-def _capture(config: StationConfig, shots: int, progress: Progress) -> list[RangeScan]:
+def _capture(config: StationConfig, shots: int, progress: Progress) -> list[Shot]:
     try:
         scanner = drivers.open_scanner(config.scanner)
     except drivers.SettingsError as error:

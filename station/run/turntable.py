@@ -25,6 +25,7 @@ from station.progress import Progress, silent
 from station.run.destination import Clock, Destination, Outcome, SourceRecord
 from station.run.one_page import scan_folders, stem_of, store_and_restore
 from station.run.options import RunOptions
+from station.run.shots import range_image_of
 from station.storage.atomic import lock_output_folder, new_folder, refuse_existing, write_all
 from station.storage.folder_lock import FolderLock, recover
 
@@ -165,7 +166,7 @@ def capture_views(
             rotary.start()
             for angle in view_angles(turns, stage.arc_deg):
                 reached = rotary.turn_to(angle)
-                store_view(reached, scanner.capture(config.capture, progress))
+                store_view(reached, range_image_of(scanner.capture(config.capture, progress), "a turntable"))
             rotary.finish()
     except drivers.SettingsError as error:
         raise UsageError(f"configuration: {error}", error.hint) from error

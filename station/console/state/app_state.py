@@ -19,8 +19,9 @@ from typing import Any
 
 import drivers
 from drivers import ScannerError
-from restore import RangeScan
+from drivers.scanner import Shot
 from station.capture_loop.loop import Message
+from station.capture_loop.triggering import laser_note
 from station.capture_loop.turning import Place, place_of, stay
 from station.config import StationConfig
 from station.console.faults import REPORTED, ConsoleFault, problem_of
@@ -40,6 +41,7 @@ from station.console.state.preview import Preview, look_at
 from station.console.state.scanner import Open, ScannerOwner
 from station.console.state.shown import session_state, stamp, state_of
 from station.errors import explain
+from station.run.shots import range_image_of
 from station.run.small_page import get_ready
 from station.session.derivation.keeping import restore_keeping
 from station.session.log.current import preset_of
@@ -51,6 +53,7 @@ from station.session.terms.texts import check_text
 from station.verdict.thresholds import Thresholds
 from station.workers.background import background
 
+TRIGGER_S = 0.5  # between two looks for a shot of a scanner that is triggered by hand
 WATCH_S = 2.0  # between two looks at a session that another process writes to
 SHOT_S = 20.0  # for a shot that is under way when the server ends: a FINE one takes four, with focus six
 Enter = Callable[[Session], None]
@@ -94,13 +97,13 @@ class AppState:
         self._unrecorded = settings.changes_of(None)
         self._ruler: tuple[tuple[str, int, str], Ruler] | None = None
         self._lock = threading.Lock()
-        self._watching: asyncio.Task[None] | None = None
+        self._tasks: list[asyncio.Task[None]] = []
 
     async def start(self) -> None:
         """Open the scanner, and send events from now on."""
         self.broadcast.start()
         self.jobs.start()
-        self._watching = asyncio.create_task(self._watch())
+        self._tasks = [asyncio.create_task(self._watch()), asyncio.create_task(self._trigger())]
         if self.scanner.config is not None:
             self.scanner.connect()
 
@@ -108,8 +111,8 @@ class AppState:
         """End the jobs; send nothing more."""
         await self.jobs.stop()
         self.broadcast.stop()
-        if self._watching is not None:
-            self._watching.cancel()
+        for task in self._tasks:
+            task.cancel()
 
     def end(self) -> None:
         """Store a running capture, close the session, switch the laser off.
@@ -144,6 +147,8 @@ class AppState:
             self.open_session = self._watched(folder) if read_only else self._worked_on(folder)
             self._take_settings()
         self.broadcast.all_changed()
+        if self.scanner.config is not None and (note := laser_note(self.scanner.config.scanner)):
+            self.broadcast.line(Message(note, "laser_unknown"))
 
     def close(self) -> None:
         """Close the open session, if any.
@@ -329,9 +334,9 @@ class AppState:
         page = None if opened is None else opened.page
         return Place(0, 0) if opened is None or page is None else place_of(opened.session.history, page)
 
-    def _previewed(self, shot: Future[RangeScan]) -> None:
+    def _previewed(self, shot: Future[Shot]) -> None:
         try:
-            seen = look_at(shot.result(), self._thresholds())
+            seen = look_at(range_image_of(shot.result(), "a preview"), self._thresholds())
             number = 1 if self.preview is None else int(self.preview.facts["n"]) + 1
             links = {"image": f"/api/preview/{number}.jpg", "overlay": f"/api/preview/{number}/overlay.png"}
             self.preview = replace(seen, facts={"n": number, "time": stamp(self.now()), **seen.facts, **links})
@@ -368,6 +373,14 @@ class AppState:
             self.open_session = None
             self.scanner.release()
         self.broadcast.all_changed()
+
+    async def _trigger(self) -> None:
+        """Capture what a scanner that is triggered by hand has, while a session is open."""
+        while True:
+            await asyncio.sleep(TRIGGER_S)
+            if self.held is not None and await asyncio.to_thread(lambda: self.scanner.has_shot):
+                with suppress(ConsoleFault):  # the operator was quicker
+                    self.press("capture")
 
     async def _watch(self) -> None:
         """Watch a session that another process writes to.

@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from restore import RangeScan
+from drivers.scanner import Shot
 from station.capture_loop.loop import CaptureLoop, Show, Task
 from station.capture_loop.turning import Place, stay
 from station.console.faults import ConsoleFault
@@ -134,7 +134,7 @@ class WritableSession(OpenSession):
     def __init__(
         self,
         folder: Path,
-        shoot: Callable[[], RangeScan] | None,
+        shoot: Callable[[], Shot] | None,
         listener: Listener,
         *,
         restorations: Restorations = IN_BACKGROUND,

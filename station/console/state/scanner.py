@@ -14,14 +14,13 @@ from typing import Any, Literal
 
 import drivers
 from drivers import CaptureSettings, Scanner, ScannerError
-from drivers.scanner import LASER_MAY_BE_ON
-from restore import RangeScan
+from drivers.scanner import LASER_MAY_BE_ON, SelfTriggered, Shot
 from station.capture_loop.turning import Place, turn
 from station.config import StationConfig
 from station.console.faults import ConsoleFault, problem_of
 
 Busy = Literal["capture", "preview", "connect"]
-Laser = Literal["off", "on", "unknown"]
+Laser = Literal["off", "on", "unknown"] | None  # None: of a scanner whose driver does not know
 Open = Callable[[Any], Scanner]
 
 
@@ -67,8 +66,10 @@ class ScannerOwner:
         self._cancelled = threading.Event()
         self.configured = CaptureSettings() if self.config is None else self.config.capture
         self.settings = self.configured
+        self._has_laser = True
         if self.config is not None:
             self._shown.lens = self.config.scanner.get("lens")
+            self._has_laser = "laser" in drivers.driver_of(self.config.scanner).facts
 
     def reserve(self, what: Busy) -> None:
         """Reserve the scanner for one capture.
@@ -106,7 +107,7 @@ class ScannerOwner:
 
         return self._thread.submit(work)
 
-    def capture(self) -> RangeScan:
+    def capture(self) -> Shot:
         """Capture with the settings as they are, and wait.
 
         Raises ScannerError; the laser is off by then.
@@ -117,10 +118,16 @@ class ScannerOwner:
         """Have the leaves turned, where the scanner turns them. Raises ScannerError."""
         self._thread.submit(self._turn, place).result()
 
-    def preview(self, place: Place) -> Future[RangeScan]:
+    def preview(self, place: Place) -> Future[Shot]:
         """One quick shot of a place."""
         self._thread.submit(self._turn, place)
         return self._thread.submit(self._capture, self.settings.preview())
+
+    @property
+    def has_shot(self) -> bool:
+        """Whether a scanner that is triggered by hand has a shot that waits."""
+        scanner = self._scanner
+        return isinstance(scanner, SelfTriggered) and self._shown.busy is None and scanner.wait(0)
 
     def cancel(self) -> None:
         """Let a shot end at its next step, with an error."""
@@ -147,7 +154,7 @@ class ScannerOwner:
             "lens": shown.lens,
             "mode": getattr(settings, "mode", None),
             "distance_mm": shown.distance_mm or getattr(settings, "distance_mm", None),
-            "laser": shown.laser,
+            "laser": shown.laser if self._has_laser else None,
             "busy": shown.busy,
             "step": shown.step,
             "done": shown.done,
@@ -164,7 +171,7 @@ class ScannerOwner:
             self._show(connected=True, name=name, laser="off", problem=None)
         return self._scanner
 
-    def _capture(self, settings: CaptureSettings) -> RangeScan:
+    def _capture(self, settings: CaptureSettings) -> Shot:
         try:
             scanner = self._opened()
             self._show(laser="on", problem=None)

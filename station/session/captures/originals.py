@@ -1,4 +1,4 @@
-"""Scans by others: the files that make up one scan.
+"""Scans by others and shots of the scanner: the files that make up one scan.
 
 Under the names by which they refer to each other.
 """
@@ -10,15 +10,19 @@ import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
+from drivers.scanner import ScanFile, Shot
 from restore import BadInput, load_scan
 from restore.formats import SCAN_SUFFIXES
 from station.intake.companions import Pairing, is_scan
 from station.intake.listing import list_files
-from station.session.captures.scans import CAPTURING, Staged, record_staged, stage_files
+from station.session.captures.scans import CAPTURING, Staged, add_scan, record_staged, stage_files
 from station.session.log.events import Event
 from station.session.log.store import Writer
+
+CAPTURED = "planish capture"
 
 
 @dataclass(frozen=True)
@@ -81,11 +85,43 @@ def add_original(writer: Writer, path: Path, *, page: int | None = None, **readi
     return record_staged(writer, _stage(writer, path, reading, CAPTURING), page=page)
 
 
-def _stage(writer: Writer, path: Path, reading: Mapping[str, str], name: str) -> Staged:
-    """A copy of a scan of others that can be read. Raises as `add_original`."""
+def add_shot(writer: Writer, shot: Shot, *, page: int | None = None) -> Event:
+    """Store a shot of the scanner as a page's current scan; return its event.
+
+    A file is stored as it came.
+    page: None for a new page.
+    Raises BadInput for a file that cannot be read as a scan; it is kept, and the error names its place. Raises OSError.
+    """
+    if not isinstance(shot, ScanFile):
+        return add_scan(writer, shot, page=page, facts={"by": CAPTURED, "provenance": dict(shot.provenance)})
+    try:
+        staged = _stage(writer, shot.path, shot.reading, CAPTURING, by=CAPTURED, known=shot.provenance)
+        event = record_staged(writer, staged, page=page)
+    except BadInput as error:
+        raise BadInput(str(error), f"{error.hint}; the file is kept: {shot.path}") from error
+    except OSError as error:
+        error.add_note(f"the shot is kept: {shot.path}")
+        raise
+    shot.discard()
+    return event
+
+
+def _stage(
+    writer: Writer,
+    path: Path,
+    reading: Mapping[str, str],
+    name: str,
+    *,
+    by: str = "session add",
+    known: Mapping[str, Any] = MappingProxyType({}),
+) -> Staged:
+    """A copy of a scan of others that can be read. Raises as `add_original`.
+
+    by, known: what is recorded of it: how it came, and further provenance.
+    """
     gathered = gather(path)
     facts = {
-        "by": "session add",
+        "by": by,
         "from": os.fsencode(path.absolute()).decode(errors="backslashreplace"),
         "unit": "auto",
         **{name: value for name, value in reading.items() if value != "auto"},
@@ -94,7 +130,7 @@ def _stage(writer: Writer, path: Path, reading: Mapping[str, str], name: str) ->
 
     def provenance(copy: Path) -> dict[str, Any]:
         try:
-            return {"provenance": dict(load_scan(copy, **reading).provenance)}
+            return {"provenance": {**load_scan(copy, **reading).provenance, **known}}
         except BadInput as error:
             cause = error.__cause__
             if isinstance(cause, OSError):  # of the copy, which was written just now: the disk's fault

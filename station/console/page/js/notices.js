@@ -64,7 +64,7 @@ export function noticeBoard() {
 function backText(silent) {
   const { scanner, session } = store.state;
   const stored = session ? t("back.pages", { n: number(session.pages) }) : "";
-  return [t("back.text", { s: number(silent / 1000) }), `${t(`laser.${scanner.laser}`)}.`, stored].filter(Boolean).join(" ");
+  return [t("back.text", { s: number(silent / 1000) }), scanner.laser && `${t(`laser.${scanner.laser}`)}.`, stored].filter(Boolean).join(" ");
 }
 
 /** A gap in the labels of the pages, which the server names as `between 12 and 15`. @param {string} text */

@@ -36,7 +36,9 @@ export function statusBar() {
     setText(title, store.state.session?.title || store.state.session?.name || t("no.session"));
     showScanner(chips, store.state.scanner);
     showDisk(chips.disk, store.state.disk);
-    const light = store.online ? store.state.scanner.laser : "unknown";
+    const known = store.state.scanner.laser;
+    const light = store.online ? known : "unknown";
+    set(laser, "hidden", known === null || null);
     set(laser, "data-laser", light);
     setText(laser.lastChild, t(`laser.${light}`));
   };

@@ -196,7 +196,7 @@ def test_a_restoration_that_fails_costs_its_page(served, opened):
 
 def test_a_full_disk_ends_the_shift_and_says_so(served, opened, monkeypatch):
     monkeypatch.setattr(
-        "station.capture_loop.loop.add_scan", lambda *_a, **_k: (_ for _ in ()).throw(OSError(28, "full", "x"))
+        "station.capture_loop.loop.add_shot", lambda *_a, **_k: (_ for _ in ()).throw(OSError(28, "full", "x"))
     )
     press(opened, "capture")
     failed = wait_for(lambda: opened.get("/api/state").json()["failed"])
