@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -49,6 +50,14 @@ def missing_anchors(document: Path) -> list[str]:
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_heading_that_is_linked_exists(document: Path) -> None:
     assert missing_anchors(document) == []
+
+
+def test_the_layers_that_the_architecture_draws_are_those_of_the_contract() -> None:
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
+    (layers,) = (one["layers"] for one in contracts if one["name"] == "restore layers")
+    drawn = "".join(f"   {layer.replace('|', '·')}\n" for layer in layers)
+    text = (ROOT / "docs" / "explanation" / "architecture.md").read_text("utf-8")
+    assert f"import each other:\n{drawn}```" in text, f"draw these layers:\n{drawn}"
 
 
 def test_the_site_has_every_page() -> None:
