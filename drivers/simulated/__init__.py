@@ -1,8 +1,7 @@
-"""A simulated Vivid 900: warped pages with known ground truth.
+"""A simulated Vivid 900: warped pages with known ground truth, seen by its optics.
 
-The scanner's optics image them. `connect(config)` opens it as a scanner: the real driver over `rig(config)`, a device
-that answers command bytes. `shoot(sheet, …)` takes one capture without driver and device, and returns it with its
-ground truth.
+`connect(config)` opens it as a scanner: the real driver over `rig(config)`, a device that answers command bytes.
+`shoot(sheet, …)` takes one capture without driver and device, and returns it with its ground truth.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Compares captures that differ in one setting.
-
-Which bytes changed, and in which field the setting is.
-"""
+"""Compares captures that differ in one setting, to find the field that has it."""
 
 from __future__ import annotations
 
@@ -37,10 +34,7 @@ def bytes_of(exchanges: Sequence[Exchange]) -> dict[Key, tuple[bytes, ...]]:
 
 
 def _opening(guess: Guess) -> str:
-    """Return what distinguishes a kind of command in any capture.
-
-    Its bytes without length and offset.
-    """
+    """Return the constant bytes of a kind of command, without length and offset."""
     return _without_fields(guess.group, guess.group.exchanges[0].cdb)[:3].hex(" ").upper()
 
 
@@ -172,10 +166,7 @@ def _is_within(inner: Span, outer: Span) -> bool:
 
 
 def list_field(captures: Sequence[Sequence[Exchange]], setting: str, values: Sequence[int]) -> Iterator[str]:
-    """Yield a line for every place where the setting may be.
-
-    In a profile's notation, those that are sent first.
-    """
+    """Yield a line, in a profile's notation, for every place where the setting may be."""
     found = find_field(captures, setting, values)
     for key, span in sorted(found, key=lambda place: place[0][1] != "sent"):
         yield f"{_name(key)}: {setting} = {inline_table(span)}"

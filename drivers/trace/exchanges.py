@@ -1,7 +1,4 @@
-"""Reassembles SCSI commands and their answers.
-
-From the Bulk-Only transfers of a capture.
-"""
+"""Reassembles SCSI commands and their answers from the Bulk-Only transfers of a capture."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Groups commands of one kind and finds their fields.
-
-Constant bytes, type byte, length field and offset field.
-"""
+"""Groups commands of one kind, and finds constant bytes, type, length and offset fields."""
 
 from __future__ import annotations
 
@@ -96,10 +93,7 @@ class Group:
 
     @cached_property
     def length(self) -> Span | None:
-        """Return the field of the CDB that holds the transfer length.
-
-        None when no field fits all exchanges.
-        """
+        """Return the CDB's field with the transfer length, None when no field fits all exchanges."""
         if self.direction == "none":
             return None
         return next((span for span in self._spans() if self._says_length(span)), None)
@@ -181,10 +175,7 @@ def group(exchanges: Sequence[Exchange]) -> tuple[Group, ...]:
 
 
 def _order(groups: Sequence[Group]) -> Order:
-    """Return the byte order of the capture.
-
-    That of the lengths that can be read in one order only.
-    """
+    """Return the byte order of those lengths that can be read in one order only."""
     orders = Counter(kind.length.order for kind in groups if kind.length and len(kind.lengths) > 1)
     return "little" if orders["little"] > orders["big"] else "big"
 

@@ -36,10 +36,7 @@ def sense_text(sense: bytes) -> str:
 
 
 def list_exchanges(exchanges: Sequence[Exchange]) -> Iterator[str]:
-    """Yield a line for each command, then one for each kind of command.
-
-    With the role that it may have.
-    """
+    """Yield a line for each command, then one for each kind of command with its likely role."""
     for number, exchange in enumerate(exchanges):
         moved = f"{exchange.moved}/{exchange.asked}" if exchange.asked else ""
         head = exchange.head[:QUOTED_BYTES].hex(" ") + (" …" if exchange.moved > QUOTED_BYTES else "")
@@ -55,10 +52,7 @@ def list_exchanges(exchanges: Sequence[Exchange]) -> Iterator[str]:
 
 
 def as_data(exchanges: Sequence[Exchange]) -> dict[str, Any]:
-    """Return the listing for programs.
-
-    Bytes in hexadecimal, groups by the numbers of their exchanges.
-    """
+    """Return the listing for programs: hexadecimal bytes, groups by numbers of exchanges."""
     numbers = {id(exchange): number for number, exchange in enumerate(exchanges)}
     return {
         "commands": [_exchange_data(exchange) for exchange in exchanges],

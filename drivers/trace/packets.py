@@ -1,8 +1,7 @@
-"""USB transfers out of the records of a capture.
+"""USB transfers from the records of a capture by usbmon or USBPcap.
 
-The kernel's usbmon headers and USBPcap's.
 Sources: the Linux kernel's Documentation/usb/usbmon.rst, "Raw binary format"; the USBPcap capture format specification
-    (desowin.org/usbpcap/captureformat.html); the list of link types at tcpdump.org.
+(desowin.org/usbpcap/captureformat.html); the list of link types at tcpdump.org.
 """
 
 from __future__ import annotations
@@ -31,13 +30,10 @@ LINKTYPE_USB_LINUX, LINKTYPE_USB_LINUX_MMAPPED, LINKTYPE_USBPCAP = 189, 220, 249
 
 @dataclass(frozen=True)
 class Transfer:
-    """Bulk transfer where it carries its data.
+    """Bulk transfer with its data: outwards when submitted, inwards when completed.
 
-    On its way out when it is submitted, on its way in when it completes.
-    where: bus and device address.
-    inward: from the device to the host.
-    data: what was captured of it; length: what was moved.
-    failed: it ended with an error: mostly a halted pipe.
+    where: bus and device address. inward: from the device to the host. data: what was captured of it; length: what was
+    moved. failed: it ended with an error: mostly a halted pipe.
     """
 
     where: tuple[int, int]
@@ -48,11 +44,9 @@ class Transfer:
 
 
 def usbmon_transfer(record: bytes, *, header: int, order: str) -> Transfer | None:
-    """Return the transfer in a record of usbmon.
+    """Return the transfer in a record of usbmon, None for one that moves nothing.
 
-    None for one that moves nothing.
-    order: "<" or ">", that of the machine.
-    Raises CaptureError when the record is too short.
+    order: "<" or ">", that of the machine. Raises CaptureError when the record is too short.
     """
     if len(record) < header:
         raise CaptureError(f"a usbmon record of {len(record)} bytes, {header} are the least", DAMAGED)
@@ -66,9 +60,9 @@ def usbmon_transfer(record: bytes, *, header: int, order: str) -> Transfer | Non
 
 
 def usbpcap_transfer(record: bytes) -> Transfer | None:
-    """Return the transfer in a record of USBPcap.
+    """Return the transfer in a record of USBPcap, None for one that moves nothing.
 
-    None for one that moves nothing. Raises CaptureError.
+    Raises CaptureError.
     """
     if len(record) < _USBPCAP.size:
         raise CaptureError(f"a USBPcap record of {len(record)} bytes, {_USBPCAP.size} are the least", DAMAGED)

@@ -1,8 +1,7 @@
-"""Guesses how the images of a capture are packed.
+"""Guesses how the images of a capture are packed, by decoding them in every plausible way.
 
-By decoding them in every plausible way. The stripe moves down by one row of the range image from frame to frame, so
-that on any surface without steps a sample's frame is one more than that of the sample above it. In a picture
-neighbouring pixels are alike, channel by channel.
+The stripe moves down by one row of the range image from frame to frame, so that on any surface without steps a sample's
+frame is one more than that of the sample above it. In a picture neighbouring pixels are alike, channel by channel.
 """
 
 from __future__ import annotations
@@ -39,10 +38,7 @@ class Packing:
 
 
 def pitch_packing(kind: Group) -> Packing | None:
-    """Return how the range images of a kind of command are packed.
-
-    None when nothing plausible fits.
-    """
+    """Return how a command's range images are packed, None when nothing plausible fits."""
     shape = pitch_shape(kind)
     data = None if shape is None else _samples(kind, shape)
     if shape is None or data is None:

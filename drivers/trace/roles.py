@@ -1,7 +1,4 @@
-"""Guesses the role of each kind of command, with the evidence.
-
-From the data that it moves and its order.
-"""
+"""Guesses the role of each kind of command from its data and order, with the evidence."""
 
 from __future__ import annotations
 

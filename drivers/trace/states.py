@@ -1,7 +1,4 @@
-"""Finds the state in status blocks.
-
-What they say before a release, after it, and when the images can be read.
-"""
+"""Finds the state in status blocks before a release, after it, and with images ready."""
 
 from __future__ import annotations
 
@@ -15,10 +12,7 @@ from drivers.vivid900.profile.template import Checksum
 
 @dataclass(frozen=True)
 class States:
-    """The byte of the status block that has the state, and its values.
-
-    Without `data` when that is as ready.
-    """
+    """The byte of the state in a status block, and its values; `data` unless as ready."""
 
     at: int
     values: dict[str, int]
@@ -42,10 +36,9 @@ def find_states(exchanges: Sequence[Exchange], guesses: Sequence[Guess], checksu
 
 
 def _courses(exchanges: Sequence[Exchange], guesses: Sequence[Guess]) -> Iterator[tuple[bytes, bytes, bytes]]:
-    """Yield three statuses of every capture.
+    """Yield three statuses of every capture: before the first release, after its own, last.
 
-    The one before the first release, the first one after its own release, and the last. Before later releases the
-    scanner still has the images of the capture before.
+    Before later releases the scanner still has the images of the capture before.
     """
     role_of = {exchange.number: guess.role for guess in guesses for exchange in guess.group.exchanges}
     before, after, released, is_first = b"", list[bytes](), False, True

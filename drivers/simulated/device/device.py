@@ -173,10 +173,7 @@ class SimulatedDevice:
         return b""
 
     def _sense_of(self, panel: str) -> Sense:
-        """Return sense data for a message of the panel.
-
-        The profile's, or just a fault of the hardware.
-        """
+        """Return sense data for a message of the panel: the profile's, or a hardware fault."""
         codes = [code for code, text in self.profile.panel_by_sense.items() if text == panel]
         return Sense(Key.HARDWARE_ERROR, *(codes[0] if codes else (0x44, 0x00)))
 

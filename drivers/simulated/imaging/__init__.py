@@ -1,4 +1,1 @@
-"""Measurements of a scene by the simulated scanner.
-
-Rays, range sensor, colour exposure, a capture.
-"""
+"""Measurements of a scene: rays, range sensor, colour exposure, a capture."""

@@ -1,8 +1,7 @@
-"""The colour exposure of a simulated Vivid.
+"""The colour exposure: 640×480 pixels through the same lens, by room light.
 
-640×480 pixels through the same lens, by room light. Areas are averaged in codes, not in light. What the scanner's tone
-curve and edge enhancement do to an edge of ink is not published; this way an edge lies where the image passes half-way
-from paper to ink, as in most cameras' images.
+Areas are averaged in codes, not in light. What the scanner's tone curve and edge enhancement do to an edge of ink is
+not published; this way an edge lies where the image passes half-way from paper to ink, as in most cameras' images.
 """
 
 from __future__ import annotations
@@ -88,11 +87,9 @@ def _rays(body: Calibration) -> NDArray[np.float32]:
 def _light(
     scene: Scene, caster: RayCaster, maps: FaceMaps, seen: Mask, face: Ints, points: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return the light (n, 3) on points that rays have seen.
+    """Return the light (n, 3) on points that rays have seen; facing paper has 1.
 
-    1 on paper that faces the scanner.
-    seen: (h, w).
-    face: (n,), of the points (n, 3).
+    seen: (h, w). face: (n,), of the points (n, 3).
     """
     depth_mm = -float(scene.surface.shift[2])
     fields = irradiance(scene.light, maps, face, points.astype(float), depth_mm)

@@ -1,7 +1,4 @@
-"""Exposure model: brightness of a capture from laser power and gain.
-
-Relative to white paper well exposed.
-"""
+"""Exposure model: brightness of white paper from laser power and gain."""
 
 from __future__ import annotations
 

@@ -15,11 +15,9 @@ SKY_RAYS = 64  # light from all sides is as many rays, each as likely as light i
 
 
 def irradiance(light: Light, maps: FaceMaps, face: Ints, points: Floats, depth_mm: float) -> list[NDArray[np.float32]]:
-    """Return unshadowed light (n, 3) at points on faces (n,).
+    """Return unshadowed light (n, 3) at points on faces (n,), of the room, then of each lamp.
 
-    Of the room, then of each lamp.
-    points: (n, 3) mm.
-    depth_mm: where a lamp's fraction is meant: on the axis, at this depth.
+    points: (n, 3) mm. depth_mm: where a lamp's fraction is meant: on the axis, at this depth.
     """
     normals = maps.facing(face, points)
     room = 1 + normals[:, :2] @ np.array(light.lean)
@@ -44,9 +42,8 @@ def lamp_visibility(lamp: Lamp, caster: RayCaster, normals: Floats, points: Floa
 
 
 def sky_view_factor(caster: RayCaster, normals: Floats, points: Floats) -> Floats:
-    """Return how much of the light from all sides points see, (n,).
+    """Return how much of the light from all sides points see, (n,), 0 to 1.
 
-    0 to 1.
     normals, points: (n, 3) and (n, 3) mm.
     """
     start = points + LIFT_MM * normals
@@ -55,10 +52,7 @@ def sky_view_factor(caster: RayCaster, normals: Floats, points: Floats) -> Float
 
 
 def sky_direction(normals: Floats, k: int) -> Floats:
-    """Return the k-th direction (n, 3) of light from all sides.
-
-    As likely as the cosine to the normal (n, 3).
-    """
+    """Return the k-th direction (n, 3) of diffuse light, cosine-weighted about normals (n, 3)."""
     reach, turn = np.sqrt((k + 0.5) / SKY_RAYS), GOLDEN * k
     side = np.cross(normals, [1.0, 0.0, 0.0])
     side /= np.linalg.norm(side, axis=1, keepdims=True)

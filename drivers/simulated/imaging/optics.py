@@ -1,8 +1,8 @@
-"""Optics of the simulated range sensor.
+"""Optics of the simulated range sensor: rays, shadows, depth window, noise, outliers.
 
-Rays, shadows, the depth window, noise, drop-outs and outliers. The stripe position is measured in CCD lines. Every
-disturbance shifts the apparent pitch of a sample, and so moves the point along its line of sight.
-`body` is the true calibration of the simulated body; the driver learns of it only through measurements.
+The stripe position is measured in CCD lines. Every disturbance shifts the apparent pitch of a sample, and so moves the
+point along its line of sight. `body` is the true calibration of the simulated body; the driver learns of it only
+through measurements.
 """
 
 from __future__ import annotations
@@ -64,10 +64,9 @@ class RayHits:
 def trace_rays(
     scene: Scene, caster: RayCaster, maps: FaceMaps, body: Calibration, mode: Mode, reference_mm: float
 ) -> RayHits:
-    """Intersect a mode's lines of sight with the scene.
+    """Intersect a mode's lines of sight with the scene, and find the returned laser light.
 
-    With the laser light that returns from each. A point is lit only when camera and laser see the same side of it.
-    `reference_mm` is the depth in focus.
+    A point is lit only when camera and laser see the same side of it. `reference_mm` is the depth in focus.
     """
     sight, laser = lines_of_sight(body, mode).tangents, np.array([0.0, -body.baseline_mm, 0.0])
     rays = np.concatenate([sight, np.full((*sight.shape[:2], 1), -1.0)], axis=-1)
@@ -98,9 +97,8 @@ def measure_pitch(
     rng: np.random.Generator,
     exposure: float = 1.0,
 ) -> Floats:
-    """Return the pitch (rows, cols) as measured, NaN where it was not.
+    """Return the measured pitch (rows, cols) of a capture focused at `distance_mm`, or NaN.
 
-    In a capture focused at `distance_mm`.
     exposure: laser power and gain relative to automatic exposure.
     """
     signal = hits.signal * exposure
@@ -116,10 +114,7 @@ def measure_pitch(
 
 
 def exact_pitch(hits: RayHits, body: Calibration, mode: Mode, distance_mm: float) -> Floats:
-    """Return the exact pitch (rows, cols).
-
-    NaN outside the depth window and out of the laser's reach.
-    """
+    """Return the exact pitch (rows, cols), NaN outside the depth window and laser's reach."""
     pitch = pitch_of(hits.points, body, mode, distance_mm)
     return np.where(in_window(pitch, body, mode) & (hits.signal > 0), pitch, np.nan)
 
@@ -131,9 +126,9 @@ def line_noise(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
 
 
 def edges(hits: RayHits, body: Calibration) -> Mask:
-    """Return the samples at an edge of surfaces or inks.
+    """Return the samples that lie on another surface or ink than one of four neighbours.
 
-    A sample and one of its four neighbours lie on different ones. Returns (rows, cols) bool.
+    Returns (rows, cols) bool.
     """
     lines = np.nan_to_num(body.focal_px * body.baseline_mm / -hits.points[..., 2])
     signal = np.log(np.maximum(hits.signal, DETECTION_SIGNAL))

@@ -1,7 +1,4 @@
-"""The simulated range sensor.
-
-Accumulated sums and colour image of a capture of the scene.
-"""
+"""The simulated range sensor: accumulated sums and colour image of a capture of the scene."""
 
 from __future__ import annotations
 
@@ -33,20 +30,14 @@ NUDGE_STREAM = 0  # random stream of the page's displacements; shots are counted
 
 @dataclass(frozen=True)
 class Displacement:
-    """Displacement of a scene.
-
-    Rotation by a turntable, degrees, then a shift right and up, mm.
-    """
+    """Displacement of a scene: turntable rotation, degrees, then a shift right and up, mm."""
 
     turned_deg: float = 0.0
     moved_mm: tuple[float, float] = (0.0, 0.0)
 
 
 class PageNudge:
-    """Random displacement of the page between captures.
-
-    Uniform up to a reach right or left and up or down.
-    """
+    """Random displacement of the page between captures, uniform up to a reach."""
 
     def __init__(self, reach_mm: float, *, seed: int) -> None:
         self.moved_mm, self._reach_mm = (0.0, 0.0), reach_mm

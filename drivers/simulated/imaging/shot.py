@@ -42,10 +42,7 @@ class Truth:
 
     @property
     def markers(self) -> Mapping[int, Floats]:
-        """Return id → corners (4, 2) mm on the page.
-
-        Upper left, upper right, lower right, lower left.
-        """
+        """Return id → corners (4, 2) mm on the page, clockwise from the upper left."""
         return self.printed.markers
 
     @property
@@ -70,11 +67,10 @@ def shoot(
     body: Calibration | None = None,
     calibration: Calibration | None = None,
 ) -> tuple[RangeScan, Truth]:
-    """Capture a printed page, warped, posed and in focus.
+    """Capture a printed page, warped, posed and in focus, with markers by default.
 
-    With markers by default.
-    body, calibration: as for `shoot_scene`; by default a body with the manual's figures.
-    Returns the scan with its ground truth.
+    body, calibration: as for `shoot_scene`; by default a body with the manual's figures. Returns the scan with its
+    ground truth.
     """
     optics = LENSES[lens]
     scene = place_sheet(

@@ -118,10 +118,9 @@ def _sampled(image: NDArray[np.float32], pixels: Floats) -> NDArray[np.float32]:
 
 
 def red_reflectance(scene: Scene, footprint_mm: float) -> Paint:
-    """Return the reflectance at the laser's 690 nm, as paint with k = 1.
+    """Return the reflectance at 690 nm, 0 to 1, from the red channel: paint with k = 1.
 
-    0 to 1, taken from the red channel. Carbon black, cyan, blue and green inks are dark there, magenta, yellow and red
-    ones nearly as bright as the paper.
+    Carbon black, cyan, blue and green inks are dark there, magenta, yellow and red ones nearly as bright as the paper.
     """
     return Paint(scene, LINEAR[scene.printed.image[..., :1]], LINEAR[_board(scene)[:1]], footprint_mm)
 

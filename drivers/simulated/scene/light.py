@@ -62,10 +62,7 @@ class Light:
 
     @property
     def level(self) -> Floats:
-        """Return the light (3,) on paper that faces the scanner, unobstructed.
-
-        In the centre of the image.
-        """
+        """Return the light (3,) on unobstructed paper facing the scanner, in the image's centre."""
         lamps = [lamp.share * np.array(lamp.colour) for lamp in self.lamps]
         return np.asarray(sum(lamps, self.ambient * np.array(self.ambient_colour)))
 

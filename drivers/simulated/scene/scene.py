@@ -58,10 +58,7 @@ class Axle:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Exact surface of the page in the scanner's frame.
-
-    The warped sheet, then a rigid motion.
-    """
+    """Exact surface of the page in the scanner's frame: the warped sheet, then a rigid motion."""
 
     sheet: Sheet
     page_mm: PageSize
@@ -137,10 +134,9 @@ def place_sheet(
     gap_mm: float = 3.0,
     light: Light | None = None,
 ) -> Scene:
-    """Place a printed sheet with its centre on the optical axis.
+    """Place a printed sheet, centred on the optical axis, `gap_mm` above the table.
 
-    At a depth from the lens centre, with the table `gap_mm` below its lowest point. Raises SettingsError when the sheet
-    has overhangs, which no scanner can see.
+    Raises SettingsError when the sheet has overhangs, which no scanner can see.
     """
     pose = pose or Pose()
     page_mm = printed.page_mm

@@ -213,11 +213,10 @@ def _reprojection_errors(body: Calibration, pose: Floats, shot: PlateShot) -> Fl
 
 
 def adjust(bundle: Bundle) -> tuple[Floats, Floats]:
-    """Minimise the robust cost of a bundle.
+    """Minimise the pseudo-Huber cost of a bundle by reweighted Levenberg–Marquardt.
 
-    Levenberg–Marquardt on the normal equations, reweighted for the pseudo-Huber loss. SciPy's robust solver factors the
-    whole Jacobian, thirty thousand rows, in every step.
-    Returns the unknowns (m,) and the normal matrix (m, m) there.
+    SciPy's robust solver factors the whole Jacobian, thirty thousand rows, in every step. Returns the unknowns (m,) and
+    the normal matrix (m, m) there.
     """
     unknowns, damping = bundle.initial_guess(), 1e-3
     rest = bundle.residuals(unknowns)

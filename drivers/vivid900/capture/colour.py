@@ -36,10 +36,7 @@ class ColourImage:
 
 
 def channels_of(mode: ShotMode) -> str:
-    """Return the channels of a mode's colour image.
-
-    RGB, or L for the monitor and for single colours.
-    """
+    """Return the channels of a colour image: RGB, or L for monitor and single colours."""
     return "L" if mode in _ONE_CHANNEL else "RGB"
 
 

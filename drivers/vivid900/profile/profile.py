@@ -86,10 +86,7 @@ class CommandBytes(BaseModel):
 
 
 class Blocks(BaseModel):
-    """Blocks of parameters and status, and the headers before the images.
-
-    Empty where the scanner has none.
-    """
+    """Blocks of parameters and status, and image headers, empty where absent."""
 
     model_config = _Model
     parameters: Template = Template()
@@ -183,10 +180,7 @@ class Profile(BaseModel):
 
     @property
     def integrity(self) -> Integrity:
-        """Return how damage in transfer is detected.
-
-        By checksums, by reading images twice, or not at all.
-        """
+        """Return how transfer damage is detected: checksums, reading twice, or not at all."""
         images = [self.blocks.pitch, *([self.blocks.colour] if "read_colour" in self.commands else [])]
         if all(block.is_checked for block in images):
             return "checksum"

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 
 class Axle:
-    """Axle that stands or moves evenly.
-
-    Positions in pulses, times in seconds of the caller's clock.
-    """
+    """Axle that stands or moves evenly: pulses, and seconds of the caller's clock."""
 
     def __init__(self, position: float = 0.0) -> None:
         self._from = self._to = position

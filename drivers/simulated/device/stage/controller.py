@@ -74,10 +74,7 @@ class Machine:
         return [answer for answer in at_once if answer]
 
     def due(self, now: float) -> list[bytes]:
-        """Process what was received, and return the answers that are due.
-
-        One command after the other.
-        """
+        """Process the received commands in order, and return the answers that are due."""
         answers = []
         while self._held is None or not self.axle.moving(now):
             if self._held is not None:

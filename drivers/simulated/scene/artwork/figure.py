@@ -65,10 +65,7 @@ class Figure:
 
 
 def landscape(height: int, width: int) -> Bytes:
-    """Draw a landscape, (height, width, 3) uint8 RGB.
-
-    A sky that fades from blue to orange, a sun, and three ranges of hills.
-    """
+    """Draw a landscape with sky, sun and three ranges of hills, (height, width, 3) uint8 RGB."""
     y, x = (np.mgrid[:height, :width] + 0.5) / np.array([height, width]).reshape(2, 1, 1)
     picture = _mix(np.array([70.0, 110, 190]), np.array([250.0, 170, 90]), y / 0.7)
     picture = _mix(picture, np.array([255.0, 244, 200]), 9 - np.hypot((x - 0.68) * width / height, y - 0.42) * 100)

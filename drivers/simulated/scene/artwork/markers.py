@@ -26,10 +26,9 @@ class White:
 
 @parameters
 class Markers:
-    """Page full of ArUco markers (DICT_4X4_250), numbered row by row.
+    """Page full of ArUco markers (DICT_4X4_250), numbered row by row from the upper left.
 
-    From the upper left. By default, 189 pixels for a marker, 254 from one to the next and 94 of margin print as 16.002,
-    21.505 and 7.959 mm.
+    By default, 189 pixels for a marker, 254 from one to the next and 94 of margin print as 16.002, 21.505 and 7.959 mm.
     """
 
     name: ClassVar[str] = "markers"

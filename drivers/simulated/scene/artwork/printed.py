@@ -28,10 +28,7 @@ Box = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Word:
-    """Printed word.
-
-    The box (left, bottom, right, top) mm of its ink on the page, and the size of the type.
-    """
+    """Printed word, its ink's box (left, bottom, right, top) mm, and the size of its type."""
 
     text: str
     box: Box
@@ -79,9 +76,9 @@ def blank(page_mm: PageSize, dpi: float = DPI) -> Bytes:
 
 
 def box_mm(left: float, top: float, right: float, bottom: float, page_mm: PageSize, dpi: float = DPI) -> Box:
-    """Return the box on the page of a box in its picture.
+    """Return the box on the page of a box in its picture, given by pixel edges.
 
-    Given by pixel edges. Returns (left, bottom, right, top) mm.
+    Returns (left, bottom, right, top) mm.
     """
     height, pixel = page_mm[1], 25.4 / dpi
     return left * pixel, height - bottom * pixel, right * pixel, height - top * pixel

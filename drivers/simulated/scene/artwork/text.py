@@ -65,10 +65,7 @@ class Text:
     dpi: Annotated[int, Field(ge=100, le=1200)] = DPI
 
     def print_on(self, page_mm: PageSize) -> Print:
-        """Print sentences in random order.
-
-        One paragraph of three to each size, then on in the last.
-        """
+        """Print sentences in random order: one paragraph of three for each size of type."""
         rng = np.random.default_rng(self.seed)
         sentences = cycle(rng.permutation(SENTENCES))
         picture = Image.fromarray(blank(page_mm, self.dpi))

@@ -65,10 +65,7 @@ def _lines(words: Iterable[str], font: ImageFont.FreeTypeFont, width: float) -> 
 
 @cache
 def typeface(face: Face, size_pt: float, dpi: float = DPI) -> ImageFont.FreeTypeFont:
-    """Return an open typeface at a size on paper.
-
-    Source Serif or Source Sans, SIL Open Font Licence.
-    """
+    """Return Source Serif or Source Sans (SIL Open Font Licence) at a size on paper."""
     import font_source_sans_pro as sans
     import font_source_serif_pro as serif
 

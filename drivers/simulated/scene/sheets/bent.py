@@ -33,9 +33,9 @@ class Bent:
     angle_deg: float = 0.0
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:
-        """Return the slope (…) rad of the profile at lengths (…) mm.
+        """Return the slope (…) rad of the profile at lengths (…) mm from the centre of the page.
 
-        From the centre of the page. It may jump at s = 0 only.
+        It may jump at s = 0 only.
         """
         raise NotImplementedError
 
@@ -149,10 +149,7 @@ class Spread(Bent):
     reach_mm: Annotated[float, Field(ge=8, le=200)] = 25.0
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:  # noqa: ARG002 (the same on every page)
-        """Return the slope (…) rad, rising on both sides of the gutter.
-
-        As exp(−distance / reach).
-        """
+        """Return the slope (…) rad, rising on both sides of the gutter, as exp(−distance / reach)."""
         return np.sign(s) * np.radians(self.slope_deg) * np.exp(-np.abs(s) / self.reach_mm)
 
 

@@ -52,10 +52,7 @@ class Cone:
         return ruled_mesh(page_mm, self._angle, cut, RULING_RAD)
 
     def _angle(self, paper: Floats) -> Floats:
-        """Return the polar angle (…) rad about the apex.
-
-        Zero on the ruling through the centre of the page.
-        """
+        """Return the polar angle (…) rad about the apex, zero through the centre of the page."""
         along, across = direction(self.angle_deg), direction(self.angle_deg + 90)
         from_apex = paper + self.apex_mm * along
         return np.arctan2(from_apex @ across, from_apex @ along)

@@ -25,10 +25,7 @@ TRIALS = 500  # planes tried for one crease; where none fits, the sheet is as cr
 
 @dataclass(frozen=True, eq=False)
 class Facet:
-    """Flat piece of a crumpled sheet.
-
-    Its outline (k, 2) mm on the page, and the rotation (3, 2) and shift (3,) mm that place it.
-    """
+    """Flat piece: outline (k, 2) mm on the page, rotation (3, 2) and shift (3,) mm."""
 
     outline: Floats
     rotation: Floats
@@ -134,10 +131,7 @@ def _narrow(facets: tuple[Facet, ...]) -> float:
 
 
 def _random_plane(rng: np.random.Generator, point: Floats, most_tilt: float) -> Floats:
-    """Return a plane (n, d) through a point, tilted at random.
-
-    From level, with either side beyond it.
-    """
+    """Return a plane (n, d) through a point, tilted at random from level."""
     tilt, azimuth = most_tilt * rng.uniform(0.3, 1), rng.uniform(0, 2 * np.pi)
     upward = np.array([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
     normal = upward * rng.choice([-1, 1])

@@ -36,10 +36,7 @@ def _polygon(points: list[Floats]) -> Floats:
 
 
 def clip(polygon: Floats, page_mm: PageSize) -> Floats:
-    """Return the part (k, 2) of a convex polygon that lies on the page.
-
-    Empty outside the page.
-    """
+    """Return the part (k, 2) of a convex polygon on the page; empty outside the page."""
     for axis in (0, 1):
         for sign in (1.0, -1.0):
             if len(polygon):

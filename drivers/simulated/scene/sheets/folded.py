@@ -117,10 +117,7 @@ class Miura:
         return np.stack([x, y, z], axis=-1)
 
     def mesh(self, page_mm: PageSize) -> tuple[Floats, Ints]:
-        """Return the parallelograms cut at the edge of the page.
-
-        Points (n, 2) mm of the flat page and triangles (m, 3).
-        """
+        """Return the parallelograms cut at the page's edge: points (n, 2) mm, triangles (m, 3)."""
         reach = np.asarray(page_mm) / 2
         columns = int(np.ceil(reach[0] / self._column_mm)) + 1
         rows = int(np.ceil((reach[1] + self._stagger_mm) / self.side_mm)) + 1

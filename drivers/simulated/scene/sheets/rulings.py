@@ -17,12 +17,11 @@ PARALLEL = 1e-12  # a direction within this of an edge of the page never crosses
 def ruled_mesh(
     page_mm: PageSize, position: Callable[[Floats], Floats], cut: Callable[[Floats], Floats], step: float
 ) -> tuple[Floats, Ints]:
-    """Return points (n, 2) mm and triangles (m, 3) that cover the page.
+    """Return points (n, 2) mm and triangles (m, 3) of the page, exact along the rulings.
 
-    Exact along the rulings, `step` apart across them.
-    position: parameter (…) of the ruling through points (…, 2).
-    cut: the points (n, 2, 2) where rulings (n,) enter and leave the page, the next on the right.
-    step: distance between rulings in units of the parameter; its multiples, zero among them, are rulings.
+    position: parameter (…) of the ruling through points (…, 2). cut: the points (n, 2, 2) where rulings (n,) enter and
+    leave the page, the next on the right. step: distance between rulings in units of the parameter; its multiples, zero
+    among them, are rulings.
     """
     # With a ruling through every corner of the page, no corner lies between two of them.
     ends = position(corners(page_mm))

@@ -39,10 +39,7 @@ class Sheet(Protocol):
 
 
 def corners(page_mm: PageSize) -> Floats:
-    """Return the corners (4, 2) mm of the page.
-
-    Counter-clockwise from the lower left.
-    """
+    """Return the corners (4, 2) mm of the page, counter-clockwise from the lower left."""
     return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.asarray(page_mm) / 2
 
 
