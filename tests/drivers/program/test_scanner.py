@@ -47,7 +47,7 @@ def test_settings_and_place_are_arguments_and_environment(opened, table):
     assert shot.provenance["settings"] == {"gain": 5, "average": 1, "deadline_s": 30}
 
 
-def test_a_program_that_does_not_turn_is_no_turner(opened):
+def test_a_program_that_does_not_turn_is_not_a_turner(opened):
     with opened() as scanner:
         assert not isinstance(scanner, Turner)
 
@@ -87,7 +87,7 @@ def test_a_fault_is_said_and_the_next_shot_is_taken(opened, table, script, said)
         assert shoot(scanner, table()).path.read_text() == MESH
 
 
-def test_a_file_that_still_grows_is_no_scan(opened, table):
+def test_a_file_that_still_grows_is_not_a_scan(opened, table):
     with opened() as scanner:
         scanner._sleep = lambda _seconds: grow(Path(tempfile.gettempdir()))
         with pytest.raises(DeviceError, match="still being written") as caught:

@@ -1,4 +1,4 @@
-"""A shift at a scanner that is a program: its files are stored as they came; its faults are said, and it goes on."""
+"""A shift at a scanner that is a program: files are stored as they came, faults reported."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ SAID = {
 
 @pytest.fixture
 def shift(tmp_path, monkeypatch):
-    """A loop before such a scanner, its lines, the folder of its program; the session is then verified."""
+    """A loop before such a scanner, its lines, its folder; the session is verified at the end."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "shots"))
     (tmp_path / "shots").mkdir()
     (tmp_path / "grab.py").write_text(SCRIPT)

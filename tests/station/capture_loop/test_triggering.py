@@ -45,5 +45,5 @@ def test_a_scanner_with_a_key_is_left_alone():
 
 
 @pytest.mark.parametrize(("driver", "note"), [("simulated", ""), ("vivid900", ""), ("program", UNKNOWN_LASER)])
-def test_of_a_laser_that_nobody_knows_of_it_is_said(driver, note):
+def test_a_laser_in_an_unknown_state_is_reported(driver, note):
     assert laser_note({"driver": driver}) == note

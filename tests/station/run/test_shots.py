@@ -22,7 +22,7 @@ def test_a_shot_is_its_scan_and_a_file_is_read(tmp_path):
         range_image_of(ScanFile(tmp_path / "a.obj"), "a preview")
 
 
-def test_a_file_that_is_no_scan_is_kept_and_named(tmp_path):
+def test_a_file_that_is_not_a_scan_is_kept_and_named(tmp_path):
     (tmp_path / "a.obj").write_text("v 1")
     with pytest.raises(BadInput) as caught:
         read_shot(ScanFile(tmp_path / "a.obj", folder=tmp_path))
