@@ -85,10 +85,7 @@ def _check_array(what: str, array: Any) -> None:
 
 
 def _seen(places: Floats, texture: Bytes) -> Mask:
-    """Return which texture pixels (..., 2) are in a picture (h, w, 3).
-
-    Returns (...) bool.
-    """
+    """Return which texture pixels (..., 2) are in a picture (h, w, 3), (...) bool."""
     height, width = texture.shape[:2]
     x, y = places[..., 0], places[..., 1]
     seen: Mask = (x >= -0.5) & (x <= width - 0.5) & (y >= -0.5) & (y <= height - 0.5)

@@ -35,10 +35,7 @@ class PhotoCamera:
 
     @cached_property
     def rotation(self) -> Floats:
-        """Return the camera's axes in the scanner's frame.
-
-        Returns (3, 3), rows right, down and forward.
-        """
+        """Return the camera's axes in the scanner's frame, (3, 3), rows right, down and forward."""
         matrix: Floats = cv2.Rodrigues(self.vector[:3])[0]
         return matrix
 

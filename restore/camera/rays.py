@@ -128,10 +128,7 @@ def find_rays(scan: RangeScan) -> Rays | None:
 
 
 def _fit_line(places: Ints, values: Floats) -> tuple[float, float]:
-    """Fit a line through values (n,) at places (n,) by least squares.
-
-    Returns its value at 0 and its slope.
-    """
+    """Fit a line to values (n,) at places (n,); return its value at 0 and its slope."""
     middle, mean = float(places.mean()), float(values.mean())
     off = places - middle
     slope = float((off * values).sum() / (off * off).sum())

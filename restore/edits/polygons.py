@@ -45,10 +45,7 @@ def within_image(points: Floats, size: tuple[int, int], name: str) -> Floats:
 
 
 def _first_crossing(polygon: Floats) -> tuple[int, int] | None:
-    """Return the first two sides of a polygon (n, 2) that cross.
-
-    By their numbers; None where none do.
-    """
+    """Return the numbers of the first two sides of a polygon (n, 2) that cross, or None."""
     a, b = polygon, np.roll(polygon, -1, axis=0)
 
     def turn(p: Floats, q: Floats, r: Floats) -> Floats:

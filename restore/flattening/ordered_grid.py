@@ -195,10 +195,7 @@ def node_step(points: Floats, link: float) -> int:
 
 
 def _lines(count: int, step: float) -> Ints:
-    """Return lines of a grid, evenly spaced by about `step`.
-
-    From its first to its last.
-    """
+    """Return lines of a grid, evenly spaced by about `step`, from its first to its last."""
     return np.unique(np.rint(np.linspace(0, count - 1, max(round((count - 1) / step), 1) + 1)).astype(np.int64))
 
 

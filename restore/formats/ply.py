@@ -105,10 +105,7 @@ def write_ply(mesh: SurfaceMesh, path: Path) -> None:
 
 
 def columns_of(columns: dict[str, NDArray[Any]], names: str | tuple[str, ...]) -> Floats | None:
-    """Return the numbers (n, k) of the named properties.
-
-    None when one of them is missing.
-    """
+    """Return the numbers (n, k) of the named properties, None when one of them is missing."""
     if not all(name in columns for name in names):
         return None
     with np.errstate(invalid="ignore"):  # of a NaN that signals

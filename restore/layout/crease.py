@@ -127,9 +127,6 @@ def _root_near(at: Floats, coefficients: Floats) -> Floats:
 
 
 def _polynomials(at: Floats, values: Floats, degree: int) -> Floats:
-    """Fit polynomials through values (n, k) at places (k,).
-
-    Returns (n, degree + 1), the highest power first.
-    """
+    """Fit polynomials (n, degree + 1), highest power first, to values (n, k) at (k,)."""
     fit = np.linalg.pinv(np.vander(at, degree + 1))
     return np.asarray(values @ fit.T)

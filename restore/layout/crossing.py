@@ -115,10 +115,7 @@ def _quantile(values: Floats) -> Floats:
 
 
 def _paper_colour(fine: FlatMesh) -> Floats:
-    """Return the fraction (3,) of each channel in the brighter half.
-
-    Of the page.
-    """
+    """Return the fraction (3,) of each channel in the brighter half of the page."""
     assert fine.texture is not None and fine.texcoords is not None
     x, y = np.rint(fine.texcoords).astype(int).T
     height, width = fine.texture.shape[:2]

@@ -153,10 +153,7 @@ def _band_means(tilt: Floats) -> Floats:
 
 
 def _median(turns: Floats) -> Floats:
-    """Return the median (w,) over the bands.
-
-    NaN where fewer than half of them are known.
-    """
+    """Return the median (w,) over the bands, NaN where fewer than half of them are known."""
     known = 2 * np.isfinite(turns).sum(axis=0) > len(turns)
     median = np.full(turns.shape[1], np.nan)
     median[known] = np.nanmedian(turns[:, known], axis=0)

@@ -93,10 +93,7 @@ def sides_of(faces: Ints) -> Sides:
 
 
 def inner_vertices(sides: Sides, count: int) -> Mask:
-    """Return whether each vertex has edges, and all of them two faces.
-
-    Returns (count,) bool.
-    """
+    """Return whether each vertex has edges, and all of them two faces, (count,) bool."""
     inner = np.zeros(count, bool)
     inner[sides.edges] = True
     inner[sides.edges[np.diff(sides.first) != 2]] = False

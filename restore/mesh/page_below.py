@@ -47,10 +47,7 @@ def without_page_below(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
 
 
 def _bridges(mesh: ValidMesh) -> Mask:
-    """Return the faces (m,) between two creases.
-
-    Each of their corners is on a crease.
-    """
+    """Return the faces (m,) between two creases, each corner of which is on a crease."""
     sides, is_inner = mesh.topology.sides, mesh.topology.face_counts == 2
     first = sides.first[:-1][is_inner]
     one, other = sides.at[first] // 3, sides.at[first + 1] // 3
@@ -96,10 +93,7 @@ def _unit(vectors: Floats) -> Floats:
 
 
 def _normals_of(mesh: ValidMesh, of_vertex: Ints, piece: int) -> Floats:
-    """Return vertex normals by the faces of one piece alone.
-
-    Returns (n, 3), 0 for other vertices.
-    """
+    """Return vertex normals by the faces of one piece alone, (n, 3), 0 for other vertices."""
     return vertex_normals(mesh.vertices, mesh.faces[(of_vertex[mesh.faces] == piece).all(axis=1)])
 
 

@@ -19,10 +19,7 @@ LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 
 
 
 def srgb_codes(light: NDArray[Any]) -> Bytes:
-    """Convert linear light (…) to uint8 sRGB codes (…).
-
-    It is clipped to 0 to 1.
-    """
+    """Convert linear light (…), clipped to 0 to 1, to uint8 sRGB codes (…)."""
     light = np.clip(light, 0, 1)
     codes = np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055) * 255
     return np.rint(codes).astype(np.uint8)

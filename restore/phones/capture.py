@@ -149,10 +149,7 @@ def _subdivided(mesh: SurfaceMesh) -> SurfaceMesh:
 
 
 def _votes(mesh: SurfaceMesh, masks: PaperMasks, cameras: Sequence[PhotoCamera]) -> Mask:
-    """Return the vertices (n,) that most views show on paper.
-
-    Of the views that show them.
-    """
+    """Return the vertices (n,) that most views show on paper, of the views that show them."""
     fraction, count = masks.votes(cameras, mesh.vertices)
     return (fraction > MAX_VIEWS) & (count > 0)
 

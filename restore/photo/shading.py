@@ -90,10 +90,7 @@ def _painted_from(page: FlatMesh, sources: Sequence[Source], planned: Plan, k: i
 
 
 def _gain(wanted: Bytes, given: Bytes, both: Mask) -> Field:
-    """Return the gain (3,) that matches one picture's light to another's.
-
-    In level and colour.
-    """
+    """Return the gain (3,) that matches one picture's light to another's, in level and colour."""
     some = np.flatnonzero(both)[::SPARED]
     light = [LINEAR[picture.reshape(-1, 3)[some]].sum(axis=0, dtype=float) + SINGLE_TINY for picture in (wanted, given)]
     return np.asarray(light[0] / light[1], dtype=np.float32)

@@ -205,10 +205,7 @@ def _gains(views: Sequence[CoarseView], weights: Floats) -> NDArray[np.float32]:
 
 
 def _gain(light: Floats, wanted: Floats, both: Mask) -> Floats:
-    """Return the gain (h, w, 3) from light to the wanted light.
-
-    From where both are known.
-    """
+    """Return the gain (h, w, 3) from light to the wanted light, from where both are known."""
     total, given = np.zeros_like(light), np.zeros_like(light)
     mask = both[..., None].astype(float)
     for width, fraction in ((MATCH_MM, 1.0), (FAR_MM, 1e-3)):

@@ -46,10 +46,7 @@ def stretch(vertices: Floats, faces: Ints, corners: Floats) -> float:
 
 
 def _divided(outline: Floats, step: float) -> Floats:
-    """Divide a closed outline (k, 2) into steps of at most `step`.
-
-    Returns (n, 2), with its corners.
-    """
+    """Divide a closed outline (k, 2) into steps of at most `step`, (n, 2), with its corners."""
     ahead = np.roll(outline, -1, axis=0) - outline
     parts = np.maximum(np.ceil(np.linalg.norm(ahead, axis=1) / step).astype(int), 1)
     side = np.repeat(np.arange(len(outline)), parts)

@@ -150,10 +150,7 @@ def _filled(outline: Floats | None, size: tuple[int, int]) -> Mask:
 
 
 def _paper(image: Bytes, card: Floats | None) -> Mask:
-    """Return the largest piece of paper in a small photograph (h, w, 3).
-
-    Returns (h, w) bool.
-    """
+    """Return the largest piece of paper in a small photograph (h, w, 3), (h, w) bool."""
     kernel = np.ones((STROKES, STROKES), np.uint8)
     blank = cv2.dilate(image, kernel)  # print is darker than the paper round it
     lab = cv2.cvtColor(blank, cv2.COLOR_RGB2LAB).astype(np.float32)
@@ -258,10 +255,7 @@ def area_of_votes(
 
 
 def on_page(masks: PaperMasks, cameras: Sequence[PhotoCamera], points: Floats) -> Mask:
-    """Return which points (n, 3) mm of the model are reliably on the page.
-
-    Returns (n,) bool.
-    """
+    """Return which points (n, 3) mm of the model are reliably on the page, (n,) bool."""
     fraction, count = masks.votes(cameras, points)
     return np.asarray((fraction > SURE) & (count >= MIN_VIEWS))
 

@@ -63,10 +63,7 @@ class Tracked:
     sigma_mm: Floats
 
     def found(self, similarity: float, sigma_mm: float) -> Mask:
-        """Return the patches (v, n) similar and certain enough.
-
-        In MIN_VIEWS views or more.
-        """
+        """Return the patches (v, n) similar and certain enough, in MIN_VIEWS views or more."""
         good = (self.similarity > similarity) & (self.sigma_mm < sigma_mm)
         return np.asarray(good & (good.sum(axis=0) >= MIN_VIEWS))
 

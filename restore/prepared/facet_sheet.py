@@ -225,10 +225,7 @@ def unroll(
 
 
 def decimate_sheet(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
-    """Return a mesh of about `points` points of the sheet.
-
-    Returns also their grid positions (n, 2).
-    """
+    """Return a mesh of about `points` points of the sheet, and their grid positions (n, 2)."""
     samples = int(sheet.inside.sum())
     strides = [stride for stride, nodes in STRIDES.items() if samples >= nodes * points * stride**2]
     nodes, faces = lattice(sheet.inside, max(strides, default=1))

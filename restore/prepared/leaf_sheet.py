@@ -110,10 +110,7 @@ class LeafSheet(FacetSheet):
         )
 
     def kinds_by_rows(self, fine: FlatMesh, dpi: float) -> KindsOfRows:
-        """Return the coverage as for any sheet.
-
-        FACING on the strip of the facing page.
-        """
+        """Return the coverage as for any sheet, FACING on the strip of the facing page."""
         of_sheet = super().kinds_by_rows(fine, dpi)
         rows, cols = self.sheet.rays.grid(fine.vertices)
         on_grid = np.column_stack([cols, rows])
@@ -140,10 +137,7 @@ def _border(faces: Ints) -> Ints:
 
 
 def _keys(edges: Ints, count: int) -> Ints:
-    """Return a number (e,) for each edge (e, 2) between `count` vertices.
-
-    The numbers ascend where the edges do.
-    """
+    """Return a number (e,) for each edge (e, 2), ascending as the edges do."""
     return np.asarray(edges[:, 0] * count + edges[:, 1])
 
 

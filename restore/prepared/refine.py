@@ -101,10 +101,7 @@ def interpolate_flat_positions(
 
 
 def _neighbours(queries: Floats, shape: tuple[int, int]) -> Mask:
-    """Return the four samples round each grid position (k, 2).
-
-    Returns (rows, cols) bool.
-    """
+    """Return the four samples round each grid position (k, 2), (rows, cols) bool."""
     mask = np.zeros(shape, bool)
     row, col = np.floor(queries).astype(int).T
     for i in (row, row + 1):

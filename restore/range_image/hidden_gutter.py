@@ -93,9 +93,6 @@ def _along_line(edge: Floats, known: Mask) -> Floats:
 
 
 def _ends(edge: Floats) -> tuple[Floats, Floats]:
-    """Return the first and the last known point of an edge (rows, 3).
-
-    Both are (3,) mm.
-    """
+    """Return the first and the last known point (3,) mm of an edge (rows, 3)."""
     known = np.flatnonzero(np.isfinite(edge[:, 0]))
     return edge[known[0]], edge[known[-1]]

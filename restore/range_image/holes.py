@@ -89,10 +89,7 @@ def _without_tails(hole: Mask, known: Mask) -> Mask:
 
 
 def _on_table(sheet: Sheet, behind: Floats, table: Floats) -> Floats:
-    """Return how many samples below the paper the table is.
-
-    Returns (rows, cols), 0 where the table was not measured.
-    """
+    """Return how many samples below the paper the table is, (rows, cols), 0 if unknown."""
     design, found = _design(table), -1.0 / table[:, 2]
     plane, *_ = np.linalg.lstsq(design, found, rcond=None)
     paper, of_table, own = sheet.planes[..., 0], _design(behind) @ plane, -1.0 / behind[..., 2]

@@ -48,20 +48,14 @@ class HorizonMap:
     heights: Field
 
     def nodes(self, points: Field) -> Field:
-        """Return the map positions (…, 2) = (col, row) of points (…, 3) mm.
-
-        With fractions.
-        """
+        """Return the map positions (…, 2) = (col, row) of points (…, 3) mm, with fractions."""
         left, top = self.corner.astype(np.float32)
         pitch = np.float32(self.pitch)
         return np.stack([(points[..., 0] - left) / pitch, (top - points[..., 1]) / pitch], axis=-1)
 
     @cached_property
     def normals(self) -> Field:
-        """Return unit normals (rows, cols, 3) at the nodes.
-
-        NaN off the page and at its border.
-        """
+        """Return unit normals (rows, cols, 3) at the nodes, NaN off the page and at its border."""
         down, right = np.gradient(np.where(self.heights == NOWHERE, np.float32(np.nan), self.heights), self.pitch)
         normals = np.dstack([-right, down, np.ones_like(down)]).astype(np.float32)
         return np.asarray(normals / np.linalg.norm(normals, axis=2, keepdims=True))

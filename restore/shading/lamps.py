@@ -138,10 +138,7 @@ def _first_guess(brightness: Floats, places: Places) -> Floats:
 
 
 def _inlier_weights(rest: Floats, known: Mask, floor: float) -> Floats:
-    """Return 1 where residuals are like those of most known places, (n,).
-
-    0 elsewhere.
-    """
+    """Return 1 where residuals are like those of most known places, (n,), 0 elsewhere."""
     known = known if known.any() else np.ones(len(rest), bool)
     centre = float(np.median(rest[known]))
     deviation = robust_sigma(rest[known] - centre)
@@ -200,10 +197,7 @@ class _Fit:
         return np.asarray(_strengths(normal, right))
 
     def residual(self, guess: _Guess) -> Floats:
-        """Return the residual (n,) of the brightness at the best strengths.
-
-        Of room and lamps.
-        """
+        """Return the residual (n,) of the brightness at the best strengths, of room and lamps."""
         terms = self.terms(guess)
         return np.asarray(self.target - terms @ _solve(terms, self.target, self.weights))
 

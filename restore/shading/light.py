@@ -65,17 +65,11 @@ class Light:
         return light
 
     def terms(self, places: Places) -> Floats:
-        """Return the terms (n, 4 + k) of light of strength 1 on places.
-
-        Of the room, its three slopes, and each lamp.
-        """
+        """Return terms (n, 4 + k) of unit light of the room, its three slopes, and each lamp."""
         return Terms(places, self.surroundings, self.middle).of(self.lamps, self.reflectance)
 
     def shadows(self, lamp: int, places: Places) -> Mask:
-        """Return the places (n,) from which the page hides a lamp.
-
-        Or half of it.
-        """
+        """Return the places (n,) from which the page hides a lamp, or half of it."""
         shadows = np.empty(len(places.points), bool)
 
         def cast(band: slice) -> None:
@@ -93,10 +87,7 @@ class Light:
 
     @property
     def level(self) -> Field:
-        """Return the light (3,) on the flat page, in its centre.
-
-        With nothing before it.
-        """
+        """Return the light (3,) on the flat page, in its centre, with nothing before it."""
         upright = np.array([1.0, 0.0, 0.0, 1.0, *np.cos(self.lamps[:, 1])])
         return np.asarray(upright @ self.strengths, dtype=np.float32)
 
@@ -143,10 +134,7 @@ def direct_terms(places: Places, surroundings: Surroundings, middle: Field, lamp
 def _design_matrix(
     points: Field, normals: Field, openness: Field, nodes: Field, slopes: Field, middle: Field, lamps: Floats
 ) -> Floats:
-    """Return the room's light, its three slopes, and each lamp's light.
-
-    Returns (n, 4 + k).
-    """
+    """Return the room's light, its three slopes, and each lamp's light, (n, 4 + k)."""
     terms = np.empty((len(points), ROOM + len(lamps)))
     for n in range(len(points)):
         terms[n, 0] = openness[n]

@@ -138,10 +138,7 @@ def _log_range(field: Field) -> Field:
 
 
 def _creased(normals: Field) -> Mask:
-    """Return where the normals change as across a crease, (r, c).
-
-    From window to window.
-    """
+    """Return where the normals change as across a crease, (r, c), from window to window."""
     known = np.nan_to_num(normals)
     change = np.max([_range(cv2.blur(known[..., k], (WINDOW, WINDOW))) for k in range(3)], axis=0)
     return np.asarray(change > SHARP * WINDOW)

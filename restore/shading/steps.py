@@ -68,10 +68,7 @@ class Steps:
 
     @cached_property
     def sharp(self) -> Field:
-        """Return the light with its steps as wide as the camera drew them.
-
-        Averaged over cells. Returns (r, c, 3).
-        """
+        """Return the light (r, c, 3), averaged over cells, its steps as the camera drew them."""
         light, distance = self.light.copy(), self.distance()[self.found]
         rise = (ndtr(distance) - ndtr(self.place[self.found])).astype(np.float32)
         light[self.found] += self.contrast[self.found] * rise[:, None]

@@ -95,10 +95,7 @@ def _patches(nodes: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def _fractions(horizon: HorizonMap) -> csr_matrix:
-    """Return how much of the view of every node each patch fills.
-
-    Returns (nodes, p).
-    """
+    """Return how much of the view of every node each patch fills, (nodes, p)."""
     rows, cols = horizon.heights.shape
     fraction = horizon.views[1]
     row, col, way = np.nonzero(fraction > MIN_FRACTION)  # nothing where it is not known

@@ -85,10 +85,7 @@ class Coverage:
         return {kind.name.lower(): number / page for kind, number in count.items()}
 
     def described(self) -> dict[str, float | None]:
-        """Return the coverage as the report has it.
-
-        The fractions of the kinds, and `cut`.
-        """
+        """Return the coverage as the report has it: the fractions of the kinds, and `cut`."""
         return {**self.fractions(), "cropped_fraction": self.cut}
 
     def findings(self, dpi: float) -> list[Finding]:

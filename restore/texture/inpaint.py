@@ -52,10 +52,7 @@ def inpaint_hidden(image: Bytes, coverage: Coverage, dpi: float, widest_mm: floa
 
 
 def _close_strokes(image: Bytes, unknown: NDArray[np.uint8], dpi: float) -> Bytes:
-    """Close a page (h, w, 3) morphologically over strokes of print.
-
-    Unknown pixels are left out.
-    """
+    """Close the known pixels of a page (h, w, 3) morphologically over strokes of print."""
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(STROKE_MM / MM_PER_INCH * dpi / 2) + 1,) * 2)
     unknown_pixels = (unknown > 0)[..., None]
     brightest = cv2.dilate(np.where(unknown_pixels, np.uint8(0), image), kernel)

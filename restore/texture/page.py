@@ -247,10 +247,7 @@ def _paint_relief(page: FlatMesh, dpi: float) -> Painting:
 
 
 def _block_average(image: Bytes, factor: int) -> Bytes:
-    """Average blocks of `factor` × `factor` pixels.
-
-    Returns (h // factor, w // factor, 3).
-    """
+    """Average blocks of `factor` × `factor` pixels, (h // factor, w // factor, 3)."""
     size = (image.shape[1] // factor, image.shape[0] // factor)
     smaller: Bytes = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
     return smaller

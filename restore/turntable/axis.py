@@ -38,10 +38,7 @@ class RotationAxis:
     direction: Floats
 
     def turn(self, angle_deg: float) -> Floats:
-        """Return the motion (4, 4) of a rotation about the axis.
-
-        In the scanner's frame.
-        """
+        """Return the motion (4, 4) of a rotation about the axis, in the scanner's frame."""
         return _rotation_about(self.point, np.radians(angle_deg) * self.direction)
 
 
@@ -126,20 +123,14 @@ def _shared_corners(first: Mapping[int, Floats], other: Mapping[int, Floats]) ->
 
 
 def _rigid(before: Floats, after: Floats) -> tuple[Floats, Floats]:
-    """Return rotation (3, 3) and shift (3,) between points (n, 3).
-
-    With least squares (Kabsch).
-    """
+    """Return rotation (3, 3) and shift (3,) between points (n, 3) (Kabsch)."""
     rotation, _ = Rotation.align_vectors(after - after.mean(axis=0), before - before.mean(axis=0))
     matrix = rotation.as_matrix()
     return matrix, after.mean(axis=0) - matrix @ before.mean(axis=0)
 
 
 def _initial_guess(rotations: Floats, shifts: Floats, turns: Floats, corners: Floats) -> Floats:
-    """Return point and direction (6,) of the fixed line of all motions.
-
-    By linear least squares.
-    """
+    """Return point and direction (6,) of the fixed line of all motions, least squares."""
     deviation = rotations - np.eye(3)
     direction = np.linalg.eigh(np.einsum("kji,kjl->il", deviation, deviation))[1][:, 0]
     if np.sin(np.radians(turns)) @ [np.sin(np.radians(_angle(r, direction))) for r in rotations] < 0:

@@ -59,10 +59,7 @@ def _grid_positions(scan: RangeScan, pixels: Floats) -> Floats:
 
 
 def _fit_plane(scan: RangeScan, positions: Floats) -> Floats:
-    """Return the inverse depth of the plane of the board.
-
-    As an affine function of row and column, (3,).
-    """
+    """Return the board's inverse depth as an affine function (3,) of row and column."""
     hull = cv2.convexHull(positions[:, ::-1].astype(np.float32)).astype(np.int32)
     inside = cv2.fillConvexPoly(np.zeros(scan.measured.shape, np.uint8), hull, 1).astype(bool)
     rows, cols = np.nonzero(inside & scan.measured)

@@ -198,10 +198,7 @@ def slid(lattice: Lattice, nodes: Floats, feet: Floats, points: Floats) -> Float
 
 
 def _lengths(nodes: Floats, pairs: Ints) -> Floats:
-    """Return the distances (k,) mm between pairs (k, 2) of nodes.
-
-    nodes: (count, 3) mm.
-    """
+    """Return the distances (k,) mm between pairs (k, 2) of nodes (count, 3) mm."""
     return np.maximum(np.linalg.norm(nodes[pairs[:, 1]] - nodes[pairs[:, 0]], axis=1), TINY)
 
 

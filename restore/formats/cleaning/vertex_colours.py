@@ -49,10 +49,7 @@ def with_picture(mesh: PaintedMesh, colours: Bytes) -> SurfaceMesh:
 
 
 def _means(colours: Bytes, number: Ints, count: int) -> Floats:
-    """Return the mean colours (count, 3) of the vertices of each number.
-
-    number: (n,).
-    """
+    """Return the mean colours (count, 3) of the vertices of each number (n,)."""
     fraction = 1.0 / np.maximum(np.bincount(number, minlength=count), 1)
     return np.stack([np.bincount(number, channel, count) * fraction for channel in colours.T], axis=1)
 

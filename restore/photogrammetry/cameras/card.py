@@ -136,10 +136,7 @@ def outline_in(
 
 
 def _refined(grey: Bytes, corners: Floats) -> Floats:
-    """Refine the corners (4, 2) of a marker to a fraction of a pixel.
-
-    grey: (h, w).
-    """
+    """Refine the corners (4, 2) of a marker in grey (h, w) to a fraction of a pixel."""
     cell = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).min() / CELLS
     reach = max(int(cell * CORNER_WINDOW), 2)
     criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, CORNER_ACCURACY[1], CORNER_ACCURACY[0])

@@ -295,10 +295,7 @@ class FoldedSurface:
         return out
 
     def _candidates(self, places: Floats) -> Mask:
-        """Return the pieces that may reach places (n, 2) mm.
-
-        Returns (n, pieces) bool.
-        """
+        """Return the pieces that may reach places (n, 2) mm, (n, pieces) bool."""
         trees = [cKDTree(self.places[self.labels == k]) for k in range(len(self.pieces))]
         distance = np.stack([tree.query(places)[0] for tree in trees], axis=1)
         return np.asarray(distance < distance.min(axis=1, keepdims=True) + CANDIDATES_MM)

@@ -75,10 +75,7 @@ class Surface:
 
     @property
     def bounds(self) -> tuple[Floats, Floats]:
-        """Return the rectangle in u and v with all knots, mm.
-
-        From low (2,) to high (2,).
-        """
+        """Return the rectangle in u and v with all knots, mm, from low (2,) to high (2,)."""
         size = np.array(self.coefficients.shape[1::-1]) - 1 - 2 * BORDER
         low = self.low + BORDER * self.step
         return low, low + size * self.step

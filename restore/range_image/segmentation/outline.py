@@ -32,10 +32,7 @@ class PageOutline(NamedTuple):
 
 
 def page_on(table: Mask, plane: TablePlane) -> Mask:
-    """Return the largest piece outside a table of samples (rows, cols).
-
-    Returns (rows, cols) bool.
-    """
+    """Return the largest piece outside a table of samples (rows, cols), (rows, cols) bool."""
     return _largest(without_speckles(plane.measured & ~table))
 
 
