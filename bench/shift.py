@@ -19,9 +19,10 @@ from bench.reproduce import restore_now
 from drivers.simulated import Text
 from drivers.simulated.imaging.shot import printed
 from restore import RangeScan
-from station.capture_loop.loop import CaptureLoop, Done
+from station.capture_loop.loop import CaptureLoop
 from station.run.small_page import small_page
 from station.session import Volume, create_session, open_session, read_session
+from station.session.derivation.service import Done
 from station.session.fixity.verify import verify
 from station.session.leaves.overview import overview_lines
 from station.session.terms.presets import load_preset

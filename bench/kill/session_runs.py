@@ -21,7 +21,6 @@ from station.archive.deliver import deliver
 from station.archive.formats import Format
 from station.archive.from_session import volume_of
 from station.batch.runner import REPORT, run_batch
-from station.batch.sessions import SessionDone, SessionTask
 from station.run.options import RunOptions
 from station.session import (
     Volume,
@@ -39,6 +38,7 @@ from station.session import (
 from station.session import record_run as record
 from station.session.captures.originals import add_original
 from station.session.derivation.restoration import PAGE, Run
+from station.session.derivation.service import Job, Made
 from station.session.fixity.verify import verify
 from station.session.leaves.index import IndexUnusable, entries_of, reindex, sessions, update
 from station.session.terms.parts import RESTORE
@@ -185,9 +185,9 @@ def _check_index(folder: Path, _acknowledged: int) -> str:
 def _batch(folder: Path, acknowledge: Acknowledge) -> None:
     """A batch whose page is restored by a stand-in, in this process."""
 
-    def submit(_work: object, task: SessionTask, _above_mib: int = 0) -> Future[Any]:
+    def submit(_work: object, task: Job, _above_mib: int = 0) -> Future[Any]:
         future: Future[Any] = Future()
-        future.set_result(SessionDone(_restored(task.folder), 0.0, 0.0))
+        future.set_result(Made(_restored(task.folder), 0.0, 0.0))
         return future
 
     workers = nullcontext(Workers(submit, lambda: 1, lambda: 1))

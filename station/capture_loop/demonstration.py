@@ -15,12 +15,13 @@ from typing import Any, NamedTuple
 
 import drivers
 from restore import PageEdits
-from station.capture_loop.loop import CaptureLoop, Done, Show
+from station.capture_loop.loop import CaptureLoop, Show
 from station.capture_loop.turning import turn
 from station.config import StationConfig
 from station.errors import UsageError
 from station.session import Page, Session, Volume, create_session, decide, open_session, read_session
-from station.session.derivation.restoration import run_restore
+from station.session.derivation.keeping import restore_keeping
+from station.session.derivation.service import Done
 from station.session.leaves.leaf import Leaf, leaves_of, picture_of
 from station.session.log.results import Checked, QualityCheck, Restored
 from station.session.terms.parts import PAGE
@@ -104,7 +105,7 @@ def work_shift(folder: Path, station: StationConfig, show: Show) -> list[Opening
     with (
         open_session(folder) as writer,
         drivers.open_scanner(station.scanner) as scanner,
-        background(run_restore) as submit,
+        background(restore_keeping) as submit,
     ):
         take = partial(scanner.capture, station.capture)
         loop = CaptureLoop(writer, take, submit, show, turn=partial(turn, scanner))

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
-from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
-from typing import Any
 
 from drivers import ScannerError
 from drivers.scanner import Shot
 from restore import BadInput, PageEdits
 from station.capture_loop.keys import ACTIONS, HELP, Action
 from station.capture_loop.turning import Place, place_of, stay
-from station.errors import explain
 from station.session import (
     VOLUME,
     Event,
@@ -26,23 +21,17 @@ from station.session import (
     add_rule,
     correct,
     decide,
-    record_run,
     redo,
-    scan_path,
     undo,
 )
 from station.session.captures.originals import add_shot
-from station.session.corrections.layers import rules_of
 from station.session.corrections.transfer import carried_edits, uncarried
-from station.session.derivation.fitting import show_fitting
-from station.session.derivation.parameters import inputs_of, needs_restoration, parameters_of
-from station.session.derivation.quality import lacks_verdict, note_lines, record_verdict, verdict_lines
-from station.session.derivation.restoration import Run, Submit
+from station.session.derivation.quality import note_lines, verdict_lines
+from station.session.derivation.service import Derivation, Done, Submit
 from station.session.leaves.leaf import labels_of, missing_labels
-from station.session.log.history import CapturedPage, restoration_of
-from station.session.terms.parts import PAGE, RESTORE
-from station.session.terms.rules import Rule, Scope
-from station.workers.process import MAX_ATTEMPTS
+from station.session.log.results import QualityCheck
+from station.session.terms.parts import PAGE
+from station.session.terms.rules import Scope
 
 Task = Callable[[], None]
 ERASE = "\b\x7f"  # what terminals send for backspace
@@ -54,20 +43,6 @@ class Carried:
 
     capture: Event
     future: Future[PageEdits]
-
-
-@dataclass(frozen=True)
-class Done:
-    """A restoration that has ended, of a scan, with its files in a folder.
-
-    inputs: the corrections that the parameters follow from.
-    """
-
-    capture: Event
-    parameters: Mapping[str, Any]
-    inputs: Sequence[Event]
-    folder: Path
-    future: Future[Run]
 
 
 @dataclass(frozen=True)
@@ -105,9 +80,9 @@ class CaptureLoop:
     turn: Callable[[Place], None] = stay
 
     def __post_init__(self) -> None:
-        self._waiting: dict[int, Future[Run]] = {}
+        self._derivation = Derivation(self.writer, outputs=self.outputs, checked=self._show_quality)
+        self._waiting: set[int] = set()
         self._carrying: set[int] = set()
-        self._attempts: dict[int, int] = {}
         self._noted: set[str] = set()
         self._page: int | None = None
         self._leaving = False
@@ -180,18 +155,11 @@ class CaptureLoop:
 
     def catch_up(self) -> None:
         """Restore pages that are not as they are corrected, and check the others."""
-        show_fitting(self.writer)  # of a step that was interrupted
-        rules = rules_of(self.writer.session)
-        for page in list(self.writer.history.pages()):
-            self._continue(page, rules)
+        self._restore_due()
 
-    def _continue(self, page: CapturedPage | None, rules: Sequence[Rule]) -> None:
-        if page is None or page.capture.number in self._waiting:
-            return
-        if needs_restoration(self.writer.session, page, rules):
-            self._begin(page.capture)
-        elif page.restoration is not None and lacks_verdict(page):
-            self._check_quality(page.restoration.event)
+    def _restore_due(self, *, page: int | None = None) -> None:
+        for capture in self._derivation.due(page=page, running=self._waiting):
+            self._begin(capture)
 
     def _shoot(self, page: int | None) -> None:
         if self.shoot is None:
@@ -252,72 +220,39 @@ class CaptureLoop:
             self._carry(capture, *found)
 
     def _restore(self, capture: Event) -> None:
-        folder = self.writer.staging(f"restore-{capture.number}")
-        shutil.rmtree(folder, ignore_errors=True)
-        session, page = self.writer.session, self.writer.history.captured(capture.page)
-        assert page is not None
-        parameters, inputs = parameters_of(session, page), inputs_of(session, page)
-        parameters["outputs"] = sorted({*parameters["outputs"], *self.outputs})
-        future = self.submit(scan_path(session, capture), parameters, folder)
-        self._waiting[capture.number] = future
-        future.add_done_callback(lambda done: self.inbox.put(Done(capture, parameters, inputs, folder, done)))
+        job = self._derivation.job(capture)
+        future = self.submit(job.source, job.parameters, job.folder)
+        self._waiting.add(capture.number)
+        future.add_done_callback(lambda done: self.inbox.put(Done(job, done)))
 
     def finish(self, done: Done) -> None:
         """Record a restoration, and check its quality.
 
         One whose process crashed is tried once more, then recorded as failed.
         """
-        del self._waiting[done.capture.number]
+        capture = done.job.capture
+        self._waiting.discard(capture.number)
         if done.future.cancelled():
             return
-        try:
-            run: Run | None = done.future.result()
-        except BrokenProcessPool:
-            run = self._after_crash(done)
-        except OSError:
-            raise
-        except Exception as error:  # a fault of the program, which costs this page and not the loop
-            fault = explain(error)
-            shutil.rmtree(done.folder, ignore_errors=True)
-            done.folder.mkdir()
-            run = Run({"error": fault.message, "hint": " ".join(fault.hints)})
-        if run is None:
+        settled = self._derivation.settle_done(done)
+        if settled is None:
+            self._begin(capture)
             return
-        event = record_run(
-            self.writer,
-            RESTORE,
-            done.capture,
-            parameters=done.parameters,
-            result=run.result,
-            facts=run.facts,
-            files=done.folder,
-            others=done.inputs,
-        )
-        result = restoration_of(event).result
-        for part, leaf in result.failures:
-            name = f"{self._name(event.page)}{'' if part == PAGE else f', {part}'}"
-            self.show(Message(f"{name}: RED  not restored: {leaf.error} ({leaf.hint})", "restored_failed", event.page))
-        if result.is_measured:
-            self._check_quality(event)
+        for part, leaf in settled.run.result.failures:
+            name = f"{self._name(capture.page)}{'' if part == PAGE else f', {part}'}"
+            self.show(
+                Message(f"{name}: RED  not restored: {leaf.error} ({leaf.hint})", "restored_failed", capture.page)
+            )
+        if settled.quality is not None:
+            self._show_quality(capture.page, settled.quality)
         self.changed()
-        self._continue(self.writer.history.captured(event.page), rules_of(self.writer.session))
+        self._restore_due(page=capture.page)
 
-    def _after_crash(self, done: Done) -> Run | None:
-        """The result of a scan that ends its process each time; None when it is tried again."""
-        number = done.capture.number
-        self._attempts[number] = self._attempts.get(number, 0) + 1
-        if self._attempts[number] < MAX_ATTEMPTS:
-            self._begin(done.capture)
-            return None
-        done.folder.mkdir(exist_ok=True)
-        return Run({"error": "the program ended while it restored this scan", "hint": "capture the page again"})
-
-    def _check_quality(self, restored: Event) -> None:
-        quality = record_verdict(self.writer, restored)
+    def _show_quality(self, page: int, quality: QualityCheck) -> None:
         new = [line for line in note_lines(quality) if line not in self._noted]  # not with every page
         self._noted.update(new)
-        for line in (*verdict_lines(self._name(restored.page), quality), *new):
-            self.show(Message(line, "verdict", restored.page))
+        for line in (*verdict_lines(self._name(page), quality), *new):
+            self.show(Message(line, "verdict", page))
 
     def _accept(self) -> None:
         page = self._current()

@@ -12,15 +12,16 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from restore.runtime import LibraryMissing
-from station.errors import StationError, explain
+from station.errors import StationError
 from station.intake import records
 from station.intake.arrival import OF_A_NAME, Arrival, Unreadable
+from station.run.attempts import Failure, OnDisk, attempted
 from station.run.edits import edits_of
 from station.run.one_page import Destination, Outcome
 from station.run.options import AUTO, RunOptions
-from station.workers.process import MAX_ATTEMPTS
 
 RANGE_IMAGES = (".abs", ".abs.gz")
+OF_THE_COMPUTER = (OSError, StationError, LibraryMissing)  # faults of the disk, the results or this computer
 UNREADABLE = "unreadable"  # in place of the digest of a file that may not be read
 
 Now = Callable[[], datetime]
@@ -97,35 +98,28 @@ def _restored_once(
         return Settled("done", known)
     if records.failed_digest(out, arrival) == digest:
         return Settled("done", records.note_of(out, arrival))
-    if max(records.begin_attempt(out, arrival, digest), len(causes)) >= MAX_ATTEMPTS:
-        how = f": {'; '.join(dict.fromkeys(causes))}" if causes else ""
-        reason = f"the program has ended {MAX_ATTEMPTS} times while it restored this scan{how}"
-        return _set_aside(arrival, out, digest, [reason], now())
-    folder = records.free_folder(out, arrival)
     original = arrival.folder / arrival.source
     facts = {"scan": str(original), "arrival": arrival.as_data(digest)}
     if is_range_image(original):
         options = replace(options, unit=AUTO)
     stem = None if arrival.stem == arrival.own_stem else arrival.stem
-    try:
-        options = replace(options, edits=edits_of(staged / arrival.source.name, None))
-        restore(staged / arrival.source.name, Destination(folder), options, facts=facts, stem=stem)
-    except (OSError, StationError, LibraryMissing):  # a fault of the disk, the results or this computer
-        records.end_attempt(out, arrival)
-        raise
-    except Exception as error:
-        if memory_is_shared and isinstance(error, MemoryError):
-            records.end_attempt(out, arrival)
-            raise
-        fault = explain(error)
-        lines = [line.replace(str(staged), str(original.parent)) for line in (fault.message, *fault.hints)]
+
+    def restored() -> Path:
+        folder, scan = records.free_folder(out, arrival), staged / arrival.source.name
+        corrected = replace(options, edits=edits_of(scan, None))
+        restore(scan, Destination(folder), corrected, facts=facts, stem=stem)
+        return folder
+
+    attempts = OnDisk(
+        lambda: records.begin_attempt(out, arrival, digest), lambda: records.end_attempt(out, arrival), causes
+    )
+    fatal = (*OF_THE_COMPUTER, *((MemoryError,) if memory_is_shared else ()))
+    made = attempted(restored, attempts, fatal=fatal)
+    if isinstance(made, Failure):
+        lines = [line.replace(str(staged), str(original.parent)) for line in (made.text, *made.hints)]
         return _set_aside(arrival, out, digest, lines, now())
-    except BaseException:  # Ctrl-C: it is not the scan that ends the program
-        records.end_attempt(out, arrival)
-        raise
-    records.end_attempt(out, arrival)
     records.forget_failure(out, arrival)
-    return Settled("restored", folder)
+    return Settled("restored", made)
 
 
 def _set_aside(arrival: Arrival, out: Path, digest: str, reasons: Sequence[str], now: datetime) -> Settled:

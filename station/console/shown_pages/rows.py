@@ -17,9 +17,8 @@ from station.console.shown_pages.layers import (
     stored_file,
 )
 from station.session import VOLUME, Event, Page, Session
-from station.session.derivation.restoration import PAGE
 from station.session.leaves.views import PageView, views_of
-from station.session.terms.parts import STAGES
+from station.session.terms.parts import STAGES, STEM
 from station.verdict.table import MEASURES
 
 Row = dict[str, Any]
@@ -50,7 +49,7 @@ def detail_of(session: Session, row: Row) -> dict[str, Any]:
         "report": {**result, "measures": measures} if restored else {},
         "page_mm": result.get("page_mm"),
         "dpi": result.get("dpi"),
-        "page_px": _pixels(session, restored, PAGE),
+        "page_px": _pixels(session, restored, f"{STEM}.png"),
         "leaves": list(_leaves(session, restored)),
         "before": _before(session, restored),
         "layers": layers_of(restored, page.capture),

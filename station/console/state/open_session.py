@@ -19,11 +19,9 @@ from station.capture_loop.loop import CaptureLoop, Show, Task
 from station.capture_loop.turning import Place, stay
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.rows import Row, rows_of
-from station.session import Page, Session, decide, open_session, read_session
+from station.session import Session, decide, open_session, read_session
 from station.session.derivation.keeping import restore_keeping
-from station.session.derivation.parameters import needs_restoration
-from station.session.derivation.quality import lacks_verdict
-from station.session.derivation.restoration import Submit
+from station.session.derivation.service import Submit, next_step
 from station.session.log.bag import LOG, TAG_MANIFEST
 from station.session.log.store import identity_of
 from station.workers.background import background
@@ -272,7 +270,7 @@ class WritableSession(OpenSession):
         writer = stack.enter_context(open_session(self.folder))
         completed = before != _tag_manifest(self.folder)
         submit = stack.enter_context(self._restorations())
-        self._resumed = [page.number for page in writer.history.pages() if _is_unfinished(writer.session, page)]
+        self._resumed = [page.number for page in writer.history.pages() if next_step(writer.session, page)]
         if completed or self._resumed:
             self._recovery = {"completed": completed, "problem": None}
         self.loop = CaptureLoop(
@@ -291,10 +289,6 @@ def _size(path: Path) -> int:
         return path.lstat().st_size
     except OSError:
         return 0
-
-
-def _is_unfinished(session: Session, page: Page) -> bool:
-    return needs_restoration(session, page) or lacks_verdict(page)
 
 
 def _tag_manifest(folder: Path) -> bytes:

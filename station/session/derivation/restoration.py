@@ -5,8 +5,7 @@ The same bytes from the same input and parameters.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from concurrent.futures import Future
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -73,10 +72,6 @@ class Run:
 
     result: Mapping[str, Any]
     facts: Mapping[str, Any] = field(default_factory=dict)
-
-
-Submit = Callable[[Path, Mapping[str, Any], Path], Future[Run]]
-"""`run_restore` in the background, with a future for its result."""
 
 
 def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, progress: Progress = silent) -> Run:

@@ -116,7 +116,7 @@ def edits_of(table: Table) -> PageEdits:
 
 
 def check(model: PageEdits, table: Table) -> None:
-    """Check that corrections are recorded, shown and given to a restoration as JSON values were, to the byte."""
+    """Compare what is recorded, shown and given to a restoration, to the byte."""
     expected = edits_of(table)
     assert json.dumps(model.given()) == json.dumps(expected.given())
     assert json.dumps(model.of_image()) == json.dumps(expected.of_image())

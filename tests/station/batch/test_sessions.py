@@ -12,11 +12,12 @@ from restore import Settings
 from station.archive.from_session import volume_of
 from station.archive.volume import Role
 from station.batch.runner import REPORT, run_batch
-from station.batch.sessions import SessionBatch, SessionTask, plan_session, restore_session_page
+from station.batch.sessions import SessionBatch
 from station.cli import main
 from station.errors import FolderInUse, UsageError
 from station.session import Volume, add_files, create_session, open_session, read_session, undo_run
 from station.session.captures.originals import add_original
+from station.session.derivation.service import Derivation, Job, restore_job
 from station.session.terms.parts import RESTORE, VERDICT
 from station.session.terms.presets import Preset
 from station.storage.session_folder import is_session
@@ -86,12 +87,12 @@ def checked(session) -> dict[int, bool]:
 
 
 def test_the_settings_of_the_preset_hold_where_none_is_given(session) -> None:
-    tasks: list[SessionTask] = []
+    tasks: list[Job] = []
 
     def keep(work, task, above_mib=0):
         tasks.append(task)
         future: Future = Future()
-        future.set_result(restore_session_page(task, ("a crash", "another")))
+        future.set_result(restore_job(task, ("a crash", "another")))
         return future
 
     with open_session(session) as writer:
@@ -122,7 +123,8 @@ def test_the_unit_is_that_of_scans_that_have_none(session, tmp_path) -> None:
     original = small_scan(tmp_path / "more/m.ply")
     with open_session(session) as writer:
         add_original(writer, original, unit="in")
-        tasks = [*plan_session("book", writer, replace(QUICK, unit="cm"))]
+        derivation = Derivation(writer, replace(QUICK, unit="cm"))
+        tasks = [derivation.job(capture) for capture in derivation.due()]
     assert [task.parameters["unit"] for task in tasks] == ["cm"] * 4 + ["in"]
 
 

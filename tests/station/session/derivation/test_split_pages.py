@@ -11,13 +11,11 @@ from restore import load_scan, save_scan
 from station.archive.deliver import Format, deliver
 from station.archive.from_session import scan_of, volume_of
 from station.archive.volume import Role
-from station.batch.progress import Done
-from station.batch.sessions import SessionBatch, plan_session, restore_session_page
 from station.cli import main
-from station.run.options import RunOptions
 from station.session import correct, scan_path, undo
 from station.session.corrections.files import export_edits
 from station.session.derivation.reproduce import reproduce
+from station.session.derivation.service import Derivation, restore_job
 from station.session.fixity.verify import verify
 from station.session.leaves.leaf import leaves_of
 from station.session.leaves.overview import overview, overview_lines
@@ -30,9 +28,10 @@ NOW = datetime(2026, 1, 2, tzinfo=UTC)
 
 def restore_all(writer):
     """What a batch does, in this process."""
-    batch = SessionBatch({"book": writer}, RunOptions())
-    for task in list(plan_session("book", writer, RunOptions())):
-        batch.settle(task, restore_session_page(task), Done(1, 1, NOW))
+    derivation = Derivation(writer)
+    for capture in list(derivation.due()):
+        job = derivation.job(capture)
+        derivation.settle(job, restore_job(job).result)
 
 
 def test_both_leaves_reach_everything(opening, tmp_path):
