@@ -274,6 +274,8 @@ class AppState:
 
     def look(self) -> None:
         """Take a preview, and send it when it is there. Raises ConsoleFault."""
+        if self.scanner.is_self_triggered:
+            raise ConsoleFault("no_preview", "this scanner is triggered by hand: it has no preview")
         self.scanner.reserve("preview")
         self.scanner.preview(self._present()).add_done_callback(self._previewed)
 
@@ -285,7 +287,9 @@ class AppState:
         """Return the current settings next to those of the preset."""
         session = None if self.open_session is None else self.open_session.session
         base = None if session is None else Preset.model_validate(session.volume.preset_values)
-        return {"groups": settings.groups(self.scanner.configured, base, self._changes())}
+        return {
+            "groups": settings.groups(self.scanner.configured, base, self._changes(), without=self.scanner.unmeasured)
+        }
 
     def change(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Change settings by their keys, and return all.

@@ -66,10 +66,9 @@ class ScannerOwner:
         self._cancelled = threading.Event()
         self.configured = CaptureSettings() if self.config is None else self.config.capture
         self.settings = self.configured
-        self._has_laser = True
+        self._facts = drivers.VIVID if self.config is None else drivers.driver_of(self.config.scanner).facts
         if self.config is not None:
             self._shown.lens = self.config.scanner.get("lens")
-            self._has_laser = "laser" in drivers.driver_of(self.config.scanner).facts
 
     def reserve(self, what: Busy) -> None:
         """Reserve the scanner for one capture.
@@ -124,6 +123,16 @@ class ScannerOwner:
         return self._thread.submit(self._capture, self.settings.preview())
 
     @property
+    def unmeasured(self) -> frozenset[str]:
+        """The quality measures that its captures do not have."""
+        return frozenset() if "depth window" in self._facts else frozenset({"depth_window_fraction"})
+
+    @property
+    def is_self_triggered(self) -> bool:
+        """Whether the scanner is open, and triggered by hand."""
+        return isinstance(self._scanner, SelfTriggered)
+
+    @property
     def has_shot(self) -> bool:
         """Whether a scanner that is triggered by hand has a shot that waits."""
         scanner = self._scanner
@@ -154,7 +163,7 @@ class ScannerOwner:
             "lens": shown.lens,
             "mode": getattr(settings, "mode", None),
             "distance_mm": shown.distance_mm or getattr(settings, "distance_mm", None),
-            "laser": shown.laser if self._has_laser else None,
+            "laser": shown.laser if "laser" in self._facts else None,
             "busy": shown.busy,
             "step": shown.step,
             "done": shown.done,

@@ -6,7 +6,7 @@ and so that it holds at the next opening.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any, get_args
 
@@ -62,16 +62,18 @@ def as_decision(changes: Changes) -> dict[str, Any]:
     return {stored: changes[group] for group, stored in STORED.items()}
 
 
-def groups(configured: CaptureSettings, base: Preset | None, changes: Changes) -> list[dict[str, Any]]:
+def groups(
+    configured: CaptureSettings, base: Preset | None, changes: Changes, *, without: Collection[str] = ()
+) -> list[dict[str, Any]]:
     """Return the settings next to those of configuration and preset.
 
-    The preset's are None without a session.
+    The preset's are None without a session. without: measures that the scanner's captures do not have.
     """
     found = [{"key": CAPTURE, "settings": [*_capture(configured, changes[CAPTURE])]}]
     if base is not None:
         restoration = Settings.model_validate(base.settings)
         found.append({"key": RESTORE, "settings": [*_restoration(restoration, changes[RESTORE])]})
-        found.append({"key": VERDICT, "settings": [*_verdict(base.thresholds, changes[VERDICT])]})
+        found.append({"key": VERDICT, "settings": [*_verdict(base.thresholds, changes[VERDICT], without)]})
     return found
 
 
@@ -105,7 +107,7 @@ def _restoration(base: Settings, changes: Mapping[str, Any]) -> list[dict[str, A
     return found
 
 
-def _verdict(base: Thresholds, changes: Mapping[str, Any]) -> list[dict[str, Any]]:
+def _verdict(base: Thresholds, changes: Mapping[str, Any], without: Collection[str]) -> list[dict[str, Any]]:
     return [
         _setting(
             VERDICT,
@@ -121,6 +123,7 @@ def _verdict(base: Thresholds, changes: Mapping[str, Any]) -> list[dict[str, Any
             "green up to the first value, amber up to the second, red beyond it",
         )
         for name, value in base
+        if name not in without
     ]
 
 
