@@ -46,6 +46,7 @@ class Driver(NamedTuple):
 
 VIVID: frozenset[Fact] = frozenset({"laser", "depth window", "calibration"})
 DRIVERS = {
+    "folder": Driver("drivers.folder.scanner", "drivers.folder.config"),
     "program": Driver("drivers.program.scanner", "drivers.program.config"),
     "simulated": Driver("drivers.simulated", "drivers.vivid900.settings", VIVID),
     "vivid900": Driver("drivers.vivid900.connecting", "drivers.vivid900.settings", VIVID),

@@ -148,6 +148,8 @@ def _resolve_file_names(path: Path, scanner: Any) -> None:
         for key in ("profile", "calibration", "body"):
             if str(scanner.get(key, "")).endswith(".toml"):
                 scanner[key] = str(path.parent / scanner[key])
+        if isinstance(scanner.get("folder"), str):
+            scanner["folder"] = str(path.parent / scanner["folder"])
         for key, words in scanner.items():
             if isinstance(words, list):  # a command, which is run in another folder
                 scanner[key] = [_resolved(word, path.parent) if isinstance(word, str) else word for word in words]

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from drivers import DRIVERS, CaptureSettings, SettingsError, open_link, open_scanner, open_turntable, settings_of
 from drivers.scanner import TransportError
 from restore import load_scan
-from tests.drivers.program.conftest import WRITES
+from tests.drivers.program.conftest import MESH, WRITES
 
 SCENE = {"sheet": "flat", "artwork": "text", "page_mm": [200, 150]}
 QUICK = {"simulated": {"mode": "fast", "distance_mm": 900, "laser_power": 60, "gain": 0}}
 
 
-@pytest.fixture(params=["simulated", "program"])
+@pytest.fixture(params=["simulated", "program", "folder"])
 def table(request, tmp_path, monkeypatch):
     """The table of a scanner of each driver that needs no device."""
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     (tmp_path / "grab.py").write_text(WRITES)
     command = ["{python}", str(tmp_path / "grab.py"), "{output}"]
+    (tmp_path / "arriving").mkdir()
     return {
+        "folder": {"driver": "folder", "folder": str(tmp_path / "arriving"), "pattern": "*.obj", "settle_s": 0},
         "simulated": {"driver": "simulated", "scene": SCENE},
         "program": {"driver": "program", "capture": command, "output": "shot.obj", "settle_s": 0},
     }[request.param]
@@ -28,6 +32,8 @@ def table(request, tmp_path, monkeypatch):
 def test_a_scanner_captures_and_is_closed_twice(table):
     settings = settings_of(table).of(QUICK.get(table["driver"], {}))
     with open_scanner(table) as scanner:
+        if table["driver"] == "folder":
+            (Path(table["folder"]) / "shot.obj").write_text(MESH)
         shot = scanner.capture(settings, lambda _step, _done: None)
         scanner.close()
         with pytest.raises(TransportError, match="closed") as caught:
