@@ -26,7 +26,8 @@ from station.console.http.files import list_page
 from station.console.serving import Address, ConsoleServer, bind, door_of
 from station.console.state.app_state import AppState
 from station.session import Volume, create_session
-from station.session.derivation.restoration import Run, Submit
+from station.session.derivation.restoration import Run
+from station.session.derivation.service import Submit
 from station.session.terms.presets import load_preset
 from station.verdict.same_page import fingerprint
 from tests.station.conftest import GOOD, curl_scan
