@@ -115,10 +115,7 @@ def write_npy(path: Path, scan: RangeScan) -> None:
 def write_ptx(path: Path, scan: RangeScan, *, scans: int = 1) -> None:
     """Write columns from the left, each from the bottom up, in metres, z up, looking along y."""
     rows, cols, _ = scan.points.shape
-    axes = np.array(
-        [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]
-    )  # rows: scanner's axes in the frame of the file
-    points = np.nan_to_num(scan.points @ axes.T * [1.0, 1.0, -1.0] * [1.0, -1.0, -1.0]) * 1e-3
+    points = np.nan_to_num(scan.points[..., [0, 2, 1]] * [1.0, -1.0, 1.0]) * 1e-3
     colours = colours_of_samples(scan)
     lines = [f"{cols}", f"{rows}", "0 0 0", "1 0 0", "0 1 0", "0 0 1", "1 0 0 0", "0 1 0 0", "0 0 1 0", "0 0 0 1"]
     for col in range(cols):

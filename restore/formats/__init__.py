@@ -20,11 +20,15 @@ from restore.formats.cleaning.vertex_colours import with_picture
 from restore.formats.clouds.arrays import read_arrays
 from restore.formats.clouds.cloud import MAX_BYTES, Cloud, Size, scaled
 from restore.formats.clouds.depth_image import DEPTHS, check_depth, is_depth_folder, read_depth
+from restore.formats.clouds.e57 import read_e57
 from restore.formats.clouds.grid_size import parse_grid
 from restore.formats.clouds.intrinsics import intrinsics_in
+from restore.formats.clouds.loose import loose_scan
 from restore.formats.clouds.organised import organised_scan
 from restore.formats.clouds.pcd import read_pcd
 from restore.formats.clouds.ply_cloud import has_faces, ply_cloud
+from restore.formats.clouds.ptx import read_ptx
+from restore.formats.clouds.text import read_text
 from restore.formats.folder import read_folder, save_scan
 from restore.formats.gltf.glb import read_glb, read_gltf
 from restore.formats.obj import read_obj, write_obj
@@ -32,7 +36,7 @@ from restore.formats.parsing.mesh import PaintedMesh
 from restore.formats.parsing.picture import SUFFIXES as IMAGE_SUFFIXES
 from restore.formats.parsing.picture import encode_png, read_image
 from restore.formats.parsing.png import png_parts
-from restore.formats.parsing.source import NO_FACES, is_file, is_folder, read_bytes, scan_stem
+from restore.formats.parsing.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.parsing.unit import AUTO, check_unit, in_millimetres, of_voxels, rescale_mesh
 from restore.formats.ply import ply_mesh, write_ply
 from restore.formats.ply_data import parse_ply
@@ -49,6 +53,7 @@ from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, RangeScan, SurfaceMesh
 
 __all__ = [
+    "COMMON_READERS",
     "IMAGE_SUFFIXES",
     "READERS",
     "SCAN_SUFFIXES",
@@ -100,9 +105,11 @@ def _cloud(read: Callable[[Path, Size | None], Cloud]) -> Reader:
 
 def _of_cloud(path: Path, cloud: Cloud, picture: Bytes | None, unit: str) -> RangeScan | SurfaceMesh:
     cloud = scaled(path, cloud, unit)
-    if cloud.size is None:
-        raise BadInput(f"{path} holds no surface: it has no triangle", NO_FACES)
-    return organised_scan(path, cloud, picture)
+    if cloud.size is not None:
+        return organised_scan(path, cloud, picture)
+    if picture is not None:
+        raise BadInput(f"{path} is a loose cloud: where the image lies on it is not known", "leave --texture out")
+    return loose_scan(path, cloud)
 
 
 def _depth(path: Path, picture: Bytes | None, how: Reading) -> RangeScan:
@@ -118,6 +125,11 @@ def _ply(path: Path, picture: Bytes | None, how: Reading) -> RangeScan | Surface
 
 
 READERS: dict[str, Reader] = {
+    ".asc": _cloud(read_text),
+    ".e57": _cloud(read_e57),
+    ".pts": _cloud(read_text),
+    ".ptx": _cloud(read_ptx),
+    ".xyz": _cloud(read_text),
     ".abs": _range_image(read_abs),
     ".abs.gz": _range_image(read_abs),
     ".glb": _mesh(read_glb),
@@ -132,6 +144,8 @@ READERS: dict[str, Reader] = {
     ".vvd": _mesh(read_vvd),
     ".wrl": _mesh(read_vrml),
 }
+COMMON_READERS: dict[str, Reader] = {".csv": _cloud(read_text), ".txt": _cloud(read_text)}
+"""Of names that other files have, too: they are not looked for in folders."""
 WAYS_ROUND = {
     ".r3d": "the depth inside is in Apple's LZFSE compression: export a mesh (OBJ, GLB, PLY) from Record3D instead",
     ".usdz": "export the scan as GLB, OBJ or PLY",
@@ -194,14 +208,14 @@ def load_scan(
 
 def _reader(path: Path) -> Reader:
     name = path.name.lower()
-    for extension, reader in READERS.items():
+    for extension, reader in (READERS | COMMON_READERS).items():
         if name.endswith(extension):
             return reader
     if path.suffix.lower() in DEPTHS and is_file(path) and intrinsics_in(path.parent) is not None:
         return _depth
     if not is_file(path):
         read_bytes(path)  # raises what is wrong with it
-    kinds = ", ".join(sorted(READERS))
+    kinds = ", ".join(sorted(READERS | COMMON_READERS))
     hint = WAYS_ROUND.get(path.suffix.lower(), f"use a scan folder or one of: {kinds}")
     raise BadInput(f"{path}: scans of this kind are not known", hint)
 

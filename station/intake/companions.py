@@ -28,7 +28,7 @@ REFERENCES = {
 MARKS = {".obj": b"mtllib", ".mtl": b"map_Kd", ".wrl": b"filename"}
 """Words without which a file names no other; ten times as fast as the expressions."""
 COLOURED_VERTICES = re.compile(rb"^property[ \t]+uchar[ \t]+red\b", re.MULTILINE)
-SELF_CONTAINED = (".glb", ".npz", ".pcd")
+SELF_CONTAINED = (".glb", ".npz", ".pcd", ".ptx", ".pts", ".xyz", ".asc", ".e57")
 HEADER_BYTES = 2**16  # of a PLY: what follows may be binary
 BLOCK_BYTES = 2**22
 MAX_FILE_BYTES = 2**27  # of a scan file that names others

@@ -52,22 +52,24 @@ def _along_axes(points: Floats) -> tuple[Floats | None, bool]:
     """Return points (rows, cols, 3) in axes that run as columns and rows do.
 
     X runs along the columns, Y against the rows, Z to the scanner. Each is one of their own, reversed where
-    needed. None where z does not lead away from the scanner. Returns also whether the handedness changed.
+    needed. None where none of them leads away from the scanner. Returns also whether the handedness changed.
     """
-    rows, cols, (x, y, z) = _some(points)
-    away = float(np.sign(np.median(z)))
-    if not away or (np.sign(z) != away).any():
+    rows, cols, some = _some(points)
+    third = int(np.argmax(np.abs(np.median(some, axis=1))))
+    away = float(np.sign(np.median(some[third])))
+    if not away or (np.sign(some[third]) != away).any():
         return None, False
-    x, y = x / np.abs(z), y / np.abs(z)
+    first, second = (axis for axis in range(3) if axis != third)
+    x, y = some[[first, second]] / np.abs(some[third])
     with np.errstate(invalid="ignore", divide="ignore"):
         related = np.nan_to_num(np.corrcoef([cols, rows, x, y])[:2, 2:])
-    swapped = abs(related[0, 1] * related[1, 0]) > abs(related[0, 0] * related[1, 1])
-    order = [1, 0, 2] if swapped else [0, 1, 2]
-    right, down = (related[0, 1], related[1, 0]) if swapped else (related[0, 0], related[1, 1])
-    signs = np.array([np.sign(right), -np.sign(down), -away])
+    if abs(related[0, 1] * related[1, 0]) > abs(related[0, 0] * related[1, 1]):
+        first, second, related = second, first, related[:, ::-1]
+    signs = np.array([np.sign(related[0, 0]), -np.sign(related[1, 1]), -away])
     if not signs.all():
         return None, False
-    return points[..., order] * signs, bool((np.prod(signs) < 0) != swapped)
+    axes = np.eye(3)[[first, second, third]] * signs[:, None]
+    return points[..., [first, second, third]] * signs, bool(np.linalg.det(axes) < 0)
 
 
 def _looking_at(points: Floats, cloud: Cloud) -> tuple[Floats, bool]:

@@ -27,7 +27,8 @@ OwnUnit = tuple[str, str, list[Finding]]  # the unit of a file, where it comes f
 Mesh = TypeVar("Mesh", bound=SurfaceMesh)
 _EDGE = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+) ?([a-zµ]+)", re.ASCII | re.IGNORECASE)
 DOUBTFUL = ("unit_too_large", "voxel_assumed")  # codes of findings
-STANDARD = {".glb": "m", ".gltf": "m"}  # glTF 2.0, section 3.4 "Coordinate System and Units"
+# glTF 2.0, section 3.4 "Coordinate System and Units"; ASTM E2807, 8.2.1; PTX as Leica's programs write it.
+STANDARD = {".glb": "m", ".gltf": "m", ".e57": "m", ".ptx": "m"}
 
 
 @checks_types

@@ -15,7 +15,7 @@ from typing import Any
 
 from drivers.scanner import ScanFile, Shot
 from restore import BadInput, load_scan
-from restore.formats import SCAN_SUFFIXES
+from restore.formats import COMMON_READERS, SCAN_SUFFIXES
 from station.intake.companions import Pairing, is_scan
 from station.intake.listing import list_files
 from station.session.captures.scans import CAPTURING, Staged, add_scan, record_staged, stage_files
@@ -51,7 +51,7 @@ def gather(path: Path) -> Gathered:
         return Gathered(name, {f"{name}/{file.relative_to(path).as_posix()}": file for file in inside})
     source = Path(path.name)
     listing = list_files(path.parent, without=path.parent)
-    if not is_scan(source) or source not in listing:
+    if not (is_scan(source) or source.suffix.lower() in COMMON_READERS) or source not in listing:
         raise BadInput(
             f"{path} is not a scan file that is known", f"give a scan folder, or one of {', '.join(SCAN_SUFFIXES)}"
         )

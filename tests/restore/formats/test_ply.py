@@ -129,7 +129,7 @@ def test_one_colour_of_all_vertices_is_not_a_picture(mesh, tmp_path):
         (text(*SQUARE, "3 0 1 -1", "3 0 2 3"), "a face uses vertex"),
         (text("nan 0 0", *SQUARE[1:], *TRIANGLES), "vertex 0 lies at"),
         (text("zero 0 0", *SQUARE[1:], *TRIANGLES), "the body holds b'zero', which is not a number"),
-        (text(*SQUARE, head=HEAD + POINTS), "no triangle"),
+        (text(*SQUARE, head=HEAD + POINTS), "4 points, which are not a surface"),
         (text(*SQUARE, *TRIANGLES).replace("vertex 4", "vertex 4000000000"), "promises 4000000002"),
     ],
 )
