@@ -55,7 +55,7 @@ def _scan(number: int) -> RangeScan:
 
 
 def restore_now(source: Path, parameters: Mapping[str, Any], folder: Path) -> Future[Run]:
-    """Restore a scan in this process. See `station.session.derivation.restoration.Submit`."""
+    """Restore a scan in this process. See `station.session.derivation.service.Submit`."""
     future: Future[Run] = Future()
     future.set_result(run_restore(source, parameters, folder))
     return future

@@ -6,7 +6,6 @@ import shutil
 from pathlib import Path
 
 import pytest
-from tests.station.session.log.test_facts import events, written
 
 from restore import BadInput
 from station.console.state import sessions
@@ -17,6 +16,7 @@ from station.session.log.current import preset_of
 from station.storage.folder_lock import WORK
 from tests.station.conftest import curl_scan
 from tests.station.console.conftest import GatedScanner, StandInRestorer, serving
+from tests.station.session.log.test_checks import events, written
 
 
 def test_a_session_is_made_opened_and_closed(client, root):
