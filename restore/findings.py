@@ -1,8 +1,8 @@
-"""Findings: what a restoration reports about a page.
+"""Findings that a restoration reports about a page, in one table of codes and sentences.
 
-The one table of their codes and sentences. Code that measures makes a finding with `Finding.of(code, …)`; reports,
-quality checks, batches and the web interface read its code and severity. No code reads a sentence. The limits above
-which a finding is made stay with the code that measures.
+Code that measures makes a finding with `Finding.of(code, …)`; reports, quality checks, batches and the web interface
+read its code and severity. No code reads a sentence. The limits above which a finding is made stay with the code that
+measures.
 """
 
 from __future__ import annotations

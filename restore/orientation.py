@@ -18,10 +18,10 @@ MIRROR = np.array([-1.0, 1.0])
 
 @checks_types
 def rotate_page(page: RestoredPage, degrees: int) -> RestoredPage:
-    """Rotate a page clockwise by 0, 90, 180 or 270 degrees.
+    """Rotate a page with its pictures, maps and meshes clockwise by 0, 90, 180 or 270°.
 
-    With its pictures, its maps and its flat meshes. The report has the size of the rotated page, and in `rotation_deg`
-    how far it is rotated in all, if it is. Raises ValueError for another angle.
+    The report has the size of the rotated page, and in `rotation_deg` how far it is rotated in all, if it is. Raises
+    ValueError for another angle.
 
     >>> corners = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])
     >>> page = restore(SurfaceMesh(corners, np.array([[0, 1, 2], [0, 2, 3]])), Settings(dpi=30))

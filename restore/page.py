@@ -47,10 +47,7 @@ class FlatMesh(SurfaceMesh):
 
     @property
     def edges(self) -> Ints:
-        """Return the edges (e, 2) of the faces, each once.
-
-        The smaller vertex first, in ascending order.
-        """
+        """Return the edges (e, 2) of the faces, each once, ascending, smaller vertex first."""
         return self.topology.edges
 
     @cached_property
@@ -162,9 +159,9 @@ class RestoredPage:
 
     @cached_property
     def uncertainty(self) -> NDArray[np.float32] | None:
-        """The standard deviation of each pixel's place, (h, w) float32 mm.
+        """Standard deviation of each pixel's place, (h, w) float32 mm along either page axis.
 
-        Along either axis of the page, NaN outside the page. None where it was not asked for, or cannot be estimated.
+        None where it was not asked for, or cannot be estimated.
         """
         return self._optional("uncertainty")
 

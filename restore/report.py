@@ -1,7 +1,4 @@
-"""The report of a restoration as plain values for a JSON file.
-
-Options, sizes, strain, findings.
-"""
+"""The report of a restoration as JSON values: options, sizes, strain, findings."""
 
 from __future__ import annotations
 

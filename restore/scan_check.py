@@ -97,10 +97,7 @@ def _described(array: Any) -> str:
 
 
 class SuperRecord(BaseModel):
-    """Record of the super-resolution of a colour image.
-
-    Its pixels per pixel of the camera, along one side.
-    """
+    """Record of super-resolution of a colour image: its pixels per camera pixel, one side."""
 
     factor: int = Field(default=1, ge=1, le=MAX_SUPER_FACTOR)
 

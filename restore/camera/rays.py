@@ -136,10 +136,9 @@ def _fit_line(places: Ints, values: Floats) -> tuple[float, float]:
 
 
 def _fit_lens(rows: Ints, cols: Ints, x: Floats, y: Floats) -> Rays:
-    """Fit rays with distortion by linear least squares.
+    """Fit rays with distortion, by linear least squares, to (x, y, −1) (n,) at pixels (n,).
 
-    They image (x, y, −1) (n,) at rows and cols (n,). Both equations are linear in the parameters: x·(1 + k1·r² + k2·r⁴)
-    = x0 + dx·col.
+    Both equations are linear in the parameters: x·(1 + k1·r² + k2·r⁴) = x0 + dx·col.
     """
     squared, zeros, ones = x**2 + y**2, np.zeros(len(x)), np.ones(len(x))
     equations_x = np.stack([ones, cols, zeros, zeros, -x * squared, -x * squared**2], axis=1)

@@ -1,4 +1,1 @@
-"""Corrections by hand.
-
-Their format, their checks, and how they change the sheets of a scan.
-"""
+"""Corrections by hand: their format, their checks, and their effect on sheets of a scan."""

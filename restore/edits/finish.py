@@ -1,7 +1,4 @@
-"""Corrections of a restored page, made after it was textured.
-
-Quarter turns and the crop.
-"""
+"""Corrections of a restored page, made after it was textured: quarter turns and the crop."""
 
 from __future__ import annotations
 

@@ -46,10 +46,7 @@ class Mask(BaseModel):
 
 
 class Crop(BaseModel):
-    """What of a page is shown.
-
-    To the edge of the paper, a margin beyond it, or a box from its upper left corner.
-    """
+    """What of a page is shown: to the paper's edge, to a margin beyond it, or in a box."""
 
     model_config = STRICT
     mode: Literal["paper", "margin", "box"] = "paper"

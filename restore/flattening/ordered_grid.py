@@ -179,10 +179,9 @@ def _pieces(points: Floats, along: tuple[float, float], down: tuple[float, float
 
 
 def node_step(points: Floats, link: float) -> int:
-    """Return how many points apart nodes are.
+    """Return how many points apart nodes are, so that noise bends no link beyond MAX_SLOPE.
 
-    So far that noise bends no link by more than MAX_SLOPE. A patch over (2b + 1)² points has 1 / (2b + 1) of their
-    noise, and the next node is b links away.
+    A patch over (2b + 1)² points has 1 / (2b + 1) of their noise, and the next node is b links away.
     points: (rows, cols, 3).
     """
     fourth = np.diff(points[:: max(len(points) // SAMPLED_ROWS, 1)], 4, axis=1)

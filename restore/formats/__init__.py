@@ -221,9 +221,9 @@ def _reader(path: Path) -> Reader:
 
 
 def _in_its_unit(path: Path, scan: RangeScan, unit: str) -> RangeScan:
-    """Return the scan, if its unit is millimetres.
+    """Return the scan, if its unit is millimetres: that is the unit of all range images.
 
-    That is the unit of all range images. Raises BadInput when another was given.
+    Raises BadInput when another was given.
     """
     if unit not in (AUTO, UNSTATED):
         raise BadInput(f"{path} is a range image, its unit is millimetres", "leave --unit out")

@@ -64,9 +64,9 @@ def read_abs(path: Path, texture: Bytes | None = None) -> RangeScan:
 
 
 def write_abs(scan: RangeScan, path: Path) -> None:
-    """Write a range image with 1 nm of resolution.
+    """Write a range image with 1 nm of resolution, compressed when the name ends in .gz.
 
-    Compressed when the name ends in .gz. It carries no picture.
+    It carries no picture.
     """
     measured = scan.measured
     points = np.where(measured[..., None], scan.points, ABSENT)

@@ -105,10 +105,7 @@ def save_scan(scan: RangeScan, folder: Path | str, *, overwrite: bool = False) -
 
 
 def _check_arrays(scan: RangeScan) -> None:
-    """Raise BadInput for arrays that RangeScan does not allow.
-
-    Of other shapes or types, or with values that are not read.
-    """
+    """Raise BadInput for arrays of shapes, types or values that RangeScan does not allow."""
     points, places, picture = scan.points, scan.texture_xy, scan.texture
     arrays = (points, places) if picture is None else (points, places, picture)
     if not all(isinstance(array, np.ndarray) for array in arrays):

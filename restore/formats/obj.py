@@ -152,9 +152,9 @@ def _with_points(data: bytes) -> tuple[bytes, tuple[Finding, ...]]:
 
 
 def _pictures(path: Path, data: bytes, text: ObjText) -> tuple[list[Bytes], Ints, list[Finding]]:
-    """Return the pictures of the materials that the faces use.
+    """Return the pictures of the materials that faces use, None when no material names one.
 
-    None when no material names one. Returns also which of them each triangle (m,) has, and findings.
+    Returns also which of them each triangle (m,) has, and findings.
     """
     if len(text.libraries) > MAX_LIBRARIES:
         raise BadInput(f"{path} uses {len(text.libraries)} material files, a scan has one", ONE_SHOT)
@@ -186,10 +186,7 @@ def _pictures(path: Path, data: bytes, text: ObjText) -> tuple[list[Bytes], Ints
 
 
 def _picture_of_polygons(data: bytes, pictures: dict[bytes, int]) -> Ints:
-    """Return the number (p,) of the picture of each face line.
-
-    0 before any material that has one.
-    """
+    """Return the number (p,) of the picture of each face line, 0 before any material."""
     current, found = 0, []
     for line in _FACES_AND_MATERIALS.finditer(data):
         if line[1] is None:
@@ -208,10 +205,9 @@ def _library_names(path: Path, name: str) -> list[str]:
 
 
 def _materials(file: Path, name: str) -> dict[bytes, tuple[bytes, str]]:
-    """Return options and picture of each material that has a picture.
+    """Return options, picture and folder of each material that has a picture.
 
-    With the folder of the material file. The picture of the diffuse colour goes before that of the ambient, and that
-    before the emissive one.
+    The picture of the diffuse colour goes before that of the ambient, and that before the emissive one.
     """
     found: dict[bytes, dict[bytes, bytes]] = {}
     material = b""
@@ -273,10 +269,7 @@ def _is_argument(word: bytes) -> bool:
 
 
 def _picture_file(path: Path, name: str, folder: str) -> Path:
-    """Return the file of a picture's name next to the mesh.
-
-    Or else in the folder of the material file.
-    """
+    """Return the file of a picture's name, next to the mesh or to the material file."""
     places = (find_reference(path, place) for place in (name, f"{folder}/{name}"))
     file = next((place for place in places if place is not None), None)
     if file is None:

@@ -93,10 +93,7 @@ def parse_obj(path: Path, data: bytes) -> ObjText:
 
 
 def _parts(text: Bytes) -> list[slice]:
-    """Return parts of whole lines of a text, for the threads.
-
-    At least PART_BYTES each, except the last.
-    """
+    """Return parts of whole lines of a text for threads, at least PART_BYTES but the last."""
     size, edges = max(len(text) // PARTS, PART_BYTES), [0]
     while edges[-1] < len(text):
         end = edges[-1] + size

@@ -1,7 +1,4 @@
-"""`.ply`: Stanford polygon file, text or binary.
-
-With a picture (`comment TextureFile`) or a colour for each vertex.
-"""
+"""`.ply`: Stanford polygon file, text or binary, with a picture or a colour per vertex."""
 
 from __future__ import annotations
 

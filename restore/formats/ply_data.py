@@ -36,10 +36,7 @@ _END = re.compile(rb"\nend_header[ \t]*\r?\n")
 
 @dataclass(frozen=True)
 class Property:
-    """Property of an element.
-
-    The NumPy type of its numbers, and for a list that of its length.
-    """
+    """Property of an element: NumPy type of its numbers, and of the length of a list."""
 
     name: str
     kind: str
@@ -48,10 +45,7 @@ class Property:
 
 @dataclass(frozen=True)
 class Element:
-    """Element of the header.
-
-    Its number of records, and its properties in the order of the file.
-    """
+    """Element of the header: number of records, and properties in the order of the file."""
 
     name: str
     count: int
@@ -73,10 +67,7 @@ class Header:
 
 @dataclass(frozen=True, eq=False)
 class Lists:
-    """A list of every record.
-
-    All numbers (c,), where each list starts in them (n,), how many it has (n,).
-    """
+    """A list of every record: all numbers (c,), starts of the lists (n,), lengths (n,)."""
 
     values: NDArray[Any]
     starts: Numbers

@@ -26,9 +26,9 @@ _REFERENCES = {
 
 @checks_types
 def referenced_files(path: Path) -> list[Path]:
-    """Return the files that a scan file refers to, directly or not.
+    """Return the files that a scan file refers to, directly or not, as far as they exist.
 
-    As far as they exist. Raises BadInput when one of them cannot be read.
+    Raises BadInput when one of them cannot be read.
     """
     known = [path.resolve()]
     for file in known:  # grows on the way

@@ -33,9 +33,8 @@ def check_segment(path: Path, rows: int, cols: int) -> None:
 def segment_mesh(
     path: Path, points: Floats, valid: Mask, texture: Bytes | None, voxel_um: float | None = None
 ) -> GridMesh:
-    """Return the mesh of the valid points of a grid, in voxels.
+    """Return the mesh of the valid points of a grid, in voxels, without lone ones.
 
-    Without lone ones.
     points: (rows, cols, 3).
     valid: (rows, cols).
     texture: (h, w, 3), of the whole grid.

@@ -1,6 +1,4 @@
-"""`.wrl`: VRML 1.0 as the scanner's own software writes it.
-
-That is VIVID-S and the Polygon Editing Tool.
+"""`.wrl`: VRML 1.0 as VIVID-S and the Polygon Editing Tool write it.
 
 Coordinates are millimetres in the scanner's frame; the transforms round them are for the viewer and are left out. The
 vertices come in raster order, the faces are quadrilaterals and triangles.

@@ -1,7 +1,4 @@
-"""Places the spine within a sample.
-
-Where the surfaces left and right of it meet in each row of the range image.
-"""
+"""Places the spine within a sample, where left and right surfaces meet in each row."""
 
 from __future__ import annotations
 

@@ -48,9 +48,9 @@ def print_over_spine(fine: FlatMesh, place: Floats) -> float | None:
 
 
 def _strip(fine: FlatMesh, place: Floats) -> tuple[NDArray[np.float32] | None, Floats]:
-    """Return texture pixels (h, w, 2) of a straightened strip at the spine.
+    """Return texture pixels (h, w, 2) of a straightened strip at the spine, None off the page.
 
-    None off the page. Returns also (w,) mm from the spine.
+    Returns also (w,) mm from the spine.
     """
     corner = np.array([fine.flat[:, 0].min(), fine.flat[:, 1].max()])
     down = corner[1] - fine.flat[:, 1]
@@ -69,9 +69,8 @@ def _strip(fine: FlatMesh, place: Floats) -> tuple[NDArray[np.float32] | None, F
 
 
 def _steps(picture: Bytes, side: Mask) -> Mask:
-    """Return the rows (h,) in which a side of a strip changes.
+    """Return the rows (h,) in which a side of a strip changes by more than noise does.
 
-    From row to row by more than noise does.
     picture: (h, w, 3).
     side: (h, w).
     """
@@ -86,9 +85,8 @@ def _steps(picture: Bytes, side: Mask) -> Mask:
 
 
 def _coloured(picture: Bytes, side: Mask, paper: Floats) -> Mask:
-    """Return the rows (h,) in which a side has another colour than paper.
+    """Return the rows (h,) in which a side has another colour than paper, brightness apart.
 
-    Brightness apart.
     picture: (h, w, 3).
     side: (h, w).
     paper: (3,).
@@ -100,9 +98,8 @@ def _coloured(picture: Bytes, side: Mask, paper: Floats) -> Mask:
 
 
 def _quantile(values: Floats) -> Floats:
-    """Return the value that a tenth of each row exceeds, (h,).
+    """Return the value that a tenth of each row exceeds, (h,), 0 for a row without values.
 
-    0 for a row without values.
     values: (h, w).
     """
     # numpy.nanpercentile goes row by row, for a quarter of the time of two leaves.

@@ -1,7 +1,4 @@
-"""Finds the layout of a scan.
-
-It looks for a spine on the flattened whole, and decides whether it is one.
-"""
+"""Finds the layout of a scan: looks for a spine on the flattened whole and checks it."""
 
 from __future__ import annotations
 

@@ -21,9 +21,6 @@ class FlattenedSheet(FacetSheet):
     settings: Settings = field(kw_only=True)
 
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
-        """Return the flat page that exists, or another.
-
-        For other settings and for a watcher of its steps.
-        """
+        """Return the flat page that exists, or another for other settings or a watcher of steps."""
         same = (settings.points, settings.method) == (self.settings.points, self.settings.method)
         return self.unrolled if same and on_step is None else super().unroll(settings, clock, on_step)

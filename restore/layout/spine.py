@@ -59,10 +59,7 @@ def tilt_map(normals: NDArray[np.float32], up: Floats) -> Floats:
 
 
 def find_spine(tilt: Floats) -> Spine | None:
-    """Return the deepest valley of a tilt map (h, w), None without any.
-
-    PER_MM columns and rows to a millimetre.
-    """
+    """Return the deepest valley of a tilt map (h, w) of PER_MM pixels per mm, or None."""
     profile = _band_means(tilt)
     turns = turns_of(profile, WINDOW_MM)
     whole = _median(turns)
@@ -138,9 +135,8 @@ def _place_in_bands(profile: Floats, turns: Floats, middle: int) -> tuple[Floats
 
 
 def _band_means(tilt: Floats) -> Floats:
-    """Return the mean of each column in each band of rows, (BANDS, w) rad.
+    """Return the mean of each column in each band of rows, (BANDS, w) rad, NaN off the page.
 
-    NaN where most is off the page.
     tilt: (h, w).
     """
     bands = []

@@ -46,9 +46,9 @@ def split_at_crease(inspected: Inspected, overlap_mm: float = OVERLAP_MM) -> dic
 
 
 def range_image_of(inspected: Inspected) -> SegmentedScan:
-    """Return the range image that shows the largest sheet of a scan.
+    """Return the range image of the largest sheet: the scanner's own, or a mesh's view.
 
-    The scanner's own, or the view of a mesh. Raises BadInput for a mesh that no single view shows.
+    Raises BadInput for a mesh that no single view shows.
     """
     whole = inspected.largest
     if whole is not None and whole.segmented is not None:
@@ -61,10 +61,7 @@ def range_image_of(inspected: Inspected) -> SegmentedScan:
 
 
 def _cols_on(segmented: SegmentedScan, sheet: Sheet, crease: Crease) -> Floats:
-    """Return the column (rows,) of the crease of a sheet in each row.
-
-    Of the range image that it was cut out of.
-    """
+    """Return the column (rows,) of a sheet's crease in each row of its range image."""
     down, right = _offset(segmented, sheet)
     rows = np.arange(segmented.inside.shape[0])
     row, col = crease.nodes.T + [[down], [right]]

@@ -65,10 +65,9 @@ def select(mesh: SurfaceMesh, faces: Ints) -> SurfaceMesh:
 
 
 def large_pieces(mesh: ValidMesh) -> list[Ints]:
-    """Return the face numbers (k,) of every connected piece but debris.
+    """Return the face numbers (k,) of connected pieces but debris, in order of vertices.
 
-    In the order of their first vertices. Raises NotEnoughSurface for more than MAX_PIECES of them: a surface in
-    fragments that nothing puts together.
+    Raises NotEnoughSurface for more than MAX_PIECES of them: a surface in fragments that nothing puts together.
     """
     label = components(mesh.topology.edges, len(mesh.vertices))[mesh.faces[:, 0]]
     sizes = np.bincount(label)

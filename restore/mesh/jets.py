@@ -195,10 +195,7 @@ def _own_face(
 
 @numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "nsz"})
 def _squared_slope(planes: Floats, face: int, points: Floats, nearness: Floats, k: int, grain: float) -> float:
-    """Return the squared slope of neighbour k from the plane of a face.
-
-    In units of STAND_OFF and of the noise.
-    """
+    """Return the squared slope of neighbour k from a face's plane, in STAND_OFF and noise."""
     off = planes[face, 0] * points[0, k] + planes[face, 1] * points[1, k] + planes[face, 2] * points[2, k]
     return _squared(off, nearness[k], grain)
 

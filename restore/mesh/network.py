@@ -41,10 +41,7 @@ class Network:
     @cached_property
     @overflows_silently
     def areas(self) -> Floats:
-        """Return the areas (m,) mm² of the faces at rest.
-
-        0 for a face without two different corners.
-        """
+        """Return the areas (m,) mm² of faces at rest, 0 for one without two different corners."""
         own = self.sides.edge.reshape(-1, 3).T
         a, b, c = self.lengths[own]
         half = 0.5 * (a + b + c)

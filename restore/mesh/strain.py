@@ -58,10 +58,10 @@ def average_at_vertices(values: Floats, faces: Ints, count: int) -> Floats:
 
 
 def smooth_rms_strain(flat: Floats, edges: Ints, lengths: Floats) -> float:
-    """Return the rms strain of whole cells of the page.
+    """Return the rms strain of whole cells of the page over all directions.
 
-    Over all directions. A length that is wrong, as over a crease or in noise, strains its own edge, and hardly its
-    cell; a surface that is not developable strains all edges of a cell alike.
+    A length that is wrong, as over a crease or in noise, strains its own edge, and hardly its cell; a surface that is
+    not developable strains all edges of a cell alike.
     flat: (n, 2).
     edges: (e, 2), of lengths (e,) mm.
     """

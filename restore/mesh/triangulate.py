@@ -52,10 +52,7 @@ def _scraps(faces: Ints) -> Mask:
 
 
 def _nearest(wanted: Mask, rows: Ints, cols: Ints) -> Floats:
-    """Return the wanted sample nearest to each grid position, (…, 2).
-
-    Infinite when no sample is wanted.
-    """
+    """Return the nearest wanted sample to each grid position, (…, 2), infinite without any."""
     if not wanted.any():
         return np.full((*np.broadcast_shapes(rows.shape, cols.shape), 2), np.inf)
     nearest = distance_transform_edt(~wanted, return_distances=False, return_indices=True)
@@ -92,10 +89,7 @@ def _hanging(faces: Ints) -> Mask:
 
 
 def _heights(nodes: Floats, faces: Ints) -> Floats:
-    """Return the least height (m,) of each triangle, in samples.
-
-    Negative where it runs clockwise.
-    """
+    """Return the least height (m,) of each triangle, samples, negative where clockwise."""
     p, q, r = (nodes[faces[:, k]] for k in range(3))
     doubled = (q[:, 0] - p[:, 0]) * (r[:, 1] - p[:, 1]) - (q[:, 1] - p[:, 1]) * (r[:, 0] - p[:, 0])
     longest = np.max([np.linalg.norm(a - b, axis=1) for a, b in ((p, q), (q, r), (r, p))], axis=0)
@@ -109,10 +103,7 @@ def compact(values: NDArray[Any], faces: Ints) -> tuple[NDArray[Any], Ints]:
 
 
 def triangulate(scan: RangeScan) -> SurfaceMesh:
-    """Triangulate the measured samples of a scan.
-
-    Only neighbouring ones, without filling or smoothing.
-    """
+    """Triangulate neighbouring measured samples of a scan, without filling or smoothing."""
     measured = scan.measured
     rows, cols = np.indices(measured.shape)
     nodes, faces = _triangles(np.dstack([rows, cols]).astype(float), measured, 1)

@@ -44,9 +44,9 @@ def has_straight_sides(outline: Floats, area: float) -> bool:
 
 
 def _straight_fractions(outline: Floats) -> Floats:
-    """Return the straight fractions of the low and the high side.
+    """Return the straight fractions of an outline's (n, 2) low and high sides across x, y.
 
-    Across x and y, for an axis-aligned outline (n, 2). Returns (2, 2).
+    Returns (2, 2).
     """
     low, high = outline.min(axis=0), outline.max(axis=0)
     fractions = np.zeros((2, 2))

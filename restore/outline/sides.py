@@ -47,10 +47,7 @@ class Line:
     steps: PictureSteps | None = None
 
     def signed_distance(self, points: Floats) -> Floats:
-        """Return signed distances (n,) mm of points (n, 2) from the line.
-
-        Positive outside the page.
-        """
+        """Return signed distances (n,) mm of points (n, 2) from the line, positive outside."""
         return np.asarray(points @ self.normal - self.offset)
 
 
@@ -244,9 +241,8 @@ def _is_straight(distance: Floats) -> bool:
 
 
 def _sample_distances(line: Line, outline: Floats, jacobians: Floats) -> Floats:
-    """Return the signed distances (n,) of points from a line, samples.
+    """Return the signed distances (n,) of points from a line, samples, positive outside.
 
-    Positive outside.
     outline: (n, 2) mm.
     """
     return np.asarray(line.signed_distance(outline) * np.linalg.norm(jacobians @ line.normal, axis=1))

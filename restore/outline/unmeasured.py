@@ -61,10 +61,7 @@ def _border(inside: Mask) -> tuple[Floats, Floats]:
 
 
 def _unmeasured_beyond(measured: Mask, inner: Floats, outwards: Floats) -> Mask:
-    """Return where nothing was measured beyond a border (k,).
-
-    In the first MAX_STEPS samples, as far as the image goes.
-    """
+    """Return where the first MAX_STEPS samples beyond a border (k,) were not measured."""
     unknown: Mask = np.ones(len(inner), bool)
     for count in range(1, MAX_STEPS + 1):
         at = np.rint(inner + count * outwards).astype(int)

@@ -176,10 +176,7 @@ def _local(values: Floats, both: Mask, width_mm: float) -> Floats:
 
 
 def _log_gains(photograph: Floats, scan: Floats, both: Mask) -> Floats:
-    """Return the logarithm of the photograph's gain over the scan.
-
-    Near each place, (h, w, 3).
-    """
+    """Return the logarithm of the photograph's gain over the scan near each place, (h, w, 3)."""
     sigma = BLEND_MM / COARSE_MM
     mask = both[..., None].astype(float)
     given, wanted = (_blur(light * mask, sigma) + DARK * _white(light, both) for light in (scan, photograph))
@@ -221,9 +218,8 @@ def _light_terms(normals: Floats, both: Mask) -> Floats:
 
 
 def _fitted(values: Floats, terms: Floats, both: Mask) -> Floats:
-    """Return the combination of terms that most values follow, (h, w).
+    """Return the combination of terms that most values follow, (h, w), by reweighting.
 
-    By reweighting.
     values: (h, w).
     terms: (h, w, k).
     """

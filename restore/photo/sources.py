@@ -93,9 +93,9 @@ def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
 
 
 def _hidden_from_scanner(page: FlatMesh, shape: tuple[int, ...]) -> Mask:
-    """Return where the texture shows another part of the page.
+    """Return where the texture shows another part of the page: that part occludes it.
 
-    That part occludes it. Returns (h, w) bool, on the coarse page.
+    Returns (h, w) bool, on the coarse page.
     """
     centre = viewpoint(page)
     return np.zeros(shape, bool) if centre is None else occluded(page, centre, shape, COARSE_DPI)()

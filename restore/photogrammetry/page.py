@@ -106,9 +106,8 @@ class PaperMasks:
         return np.select([count[0] > 0, count[1] > 0], [fraction[0], fraction[1]], fraction[2]), count[2]
 
     def uncovered(self, cameras: Sequence[PhotoCamera], vertices: Floats, faces: Ints) -> float:
-        """Return the fraction of the paper that a mesh does not cover.
+        """Return the fraction of the paper that a mesh does not cover: the median of the views.
 
-        The median of the views.
         vertices: (n, 3) mm.
         faces: (m, 3).
         """

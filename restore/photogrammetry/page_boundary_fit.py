@@ -41,10 +41,10 @@ def fit_to_edge(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence
 
 
 def _within(edge: Edge, fitted: Fitted) -> Fitted:
-    """Keep the points of a surface within the page's edge.
+    """Keep the points of a surface within the page's edge, as far as that is measured.
 
-    As far as that is measured. Where a margin hangs down to the table, patches of the table are found next to it: a
-    surface through them is torn down at its edge.
+    Where a margin hangs down to the table, patches of the table are found next to it: a surface through them is torn
+    down at its edge.
     """
     feet = fitted.surface.feet(fitted.points, fitted.feet)
     _, nearest = cKDTree(edge.places).query(feet)

@@ -61,9 +61,8 @@ class Prepared(ABC):
 
     @abstractmethod
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
-        """Return the flat page with about `settings.points` points.
+        """Return the flat page with about `settings.points` points: all of them for 0.
 
-        All of them for 0.
         clock: clock(stage) times the stages.
         """
 
@@ -95,10 +94,7 @@ class Prepared(ABC):
         return normals / np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), SINGLE_TINY)
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """Return how the shape of a flat page (h, w) is known.
-
-        Values as of `kinds_by_rows`.
-        """
+        """Return how the shape of a flat page (h, w) is known: values as of `kinds_by_rows`."""
         return self.kinds_by_rows(fine, dpi)(page, 0)
 
     def kinds_by_rows(self, fine: FlatMesh, dpi: float) -> KindsOfRows:  # noqa: ARG002 - others need both

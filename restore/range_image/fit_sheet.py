@@ -1,7 +1,4 @@
-"""Fits the sheet of a segmented range image.
-
-Its part of the image, its facets, its texture positions.
-"""
+"""Fits the sheet of a segmented range image: its part, facets and texture positions."""
 
 from __future__ import annotations
 
@@ -99,10 +96,7 @@ def laser_signal(scan: RangeScan) -> Floats | None:
 
 
 def _texture_positions(scan: RangeScan) -> Floats:
-    """Return the texture positions (rows, cols, 2) of every sample, pixels.
-
-    Extrapolated where not measured.
-    """
+    """Return texture positions (rows, cols, 2) of all samples, pixels, partly extrapolated."""
     known = np.asarray(np.isfinite(scan.texture_xy).all(axis=2))
     row, col = (axis[::AFFINE_SUBSET] for axis in np.nonzero(known))
     design = np.column_stack([np.ones(len(row)), row, col])

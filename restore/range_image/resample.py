@@ -79,9 +79,8 @@ def _tilted(posed: PosedSheet) -> PosedSheet:
 
 
 def _foreshortening(normals: Floats, posed: PosedSheet) -> float:
-    """Return vertex spacing in the view over that on the surface.
+    """Return vertex spacing in the view over that on the surface, 1 or less where steep.
 
-    At most 1, where the page is steep.
     normals: (m, 3), of the faces, twice as long as their areas.
     """
     areas = np.sqrt((normals**2).sum(axis=1))

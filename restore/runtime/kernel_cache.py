@@ -27,10 +27,7 @@ _IMPORT = re.compile(rb"^from restore\.([\w.]+) import", re.MULTILINE)
 
 
 def use_cache_folder() -> None:
-    """Make numba keep what it compiles in `cache_folder()`.
-
-    In this process, and in those that it starts.
-    """
+    """Make numba keep what it compiles in `cache_folder()`, here and in child processes."""
     folder = cache_folder()
     if numba := sys.modules.get("numba"):  # it has read the environment already, and reads it again when that changes
         numba.config.CACHE_DIR = str(folder)
@@ -67,10 +64,9 @@ def stamp() -> str:
 
 
 def kernel_sources() -> dict[str, bytes]:
-    """Return the files that hold kernels, and all that those import.
+    """Return the files that hold kernels, and all of the package that those import.
 
-    Of the package, directly or through others. Constants of imported modules are compiled into kernels, so these files
-    count although they may hold no kernel.
+    Constants of imported modules are compiled into kernels, so these files count although they may hold no kernel.
     """
     files = dict(_python_files(str(PACKAGE)))
     waiting = [path for path, text in files.items() if b"import numba" in text]

@@ -27,10 +27,7 @@ Result = TypeVar("Result")
 
 @cache
 def thread_count() -> int:
-    """Return the number of threads.
-
-    The processors that this process may use, at most MAX_THREADS, or PLANISH_THREADS.
-    """
+    """Return the number of threads: usable processors up to MAX_THREADS, or PLANISH_THREADS."""
     given = os.environ.get(VARIABLE, "")
     if given.isascii() and given.isdigit() and int(given) > 0:
         return int(given)

@@ -1,4 +1,1 @@
-"""Light and shadow on the page.
-
-The shape that they follow from, the lamps, their removal.
-"""
+"""Light and shadow on the page: the shape that they follow from, the lamps, their removal."""

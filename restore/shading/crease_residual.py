@@ -58,10 +58,7 @@ def crease_light(
 
 
 def _compared(brightness: Field, across: Field, found: Mask, inside: Mask) -> Field:
-    """Return the ratio (r, c) of a line to its two sides.
-
-    0 where shading cannot cause it, 1 without a line.
-    """
+    """Return the ratio (r, c) of a line to its sides: 0 if not shading, 1 without a line."""
     reach = 2 * int(max(FLANKS) * FARTHEST) + 1
     near = cv2.dilate(found.astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
     near &= inside
@@ -106,10 +103,7 @@ def _tensor(field: Field) -> list[Field]:
 
 @numba.njit(cache=True, nogil=True)
 def _bright(brightness: Field, inside: Mask, across: Field, near: Mask, first: int, out: Field) -> None:
-    """Write the paper's brightness along the direction of the crease.
-
-    For rows from `first` on, into out.
-    """
+    """Write the paper's brightness along a crease, for rows from `first` on, into out."""
     rows, cols = brightness.shape
     brightest = np.empty(ABOVE + 1, np.float32)
     for row in range(first, first + len(out)):

@@ -52,10 +52,7 @@ class Division:
 
     @cached_property
     def _near(self) -> tuple[Field, Mask, int, int] | None:
-        """Return the cells next to steps, which of them are, and the first row and column.
-
-        None without any.
-        """
+        """Return the cells next to steps, which are steps, and the first row and column."""
         steps = self.steps
         if not steps.found.any():
             return None
@@ -72,9 +69,9 @@ class Division:
 def _multiply(
     image: Bytes, mask: Mask, gain: Field, scale: float, linear: Field, codes: NDArray[np.uint8], first: int, out: Bytes
 ) -> None:
-    """Multiply the light of every masked pixel by the gain of its cells.
+    """Multiply the light of masked pixels by the cells' gain, interpolated linearly.
 
-    Interpolated linearly. The image has the rows of the page from `first` on; out (some rows, w, 3).
+    The image has the rows of the page from `first` on; out (some rows, w, 3).
     """
     _, width, _ = image.shape
     rows, cols, _ = gain.shape

@@ -97,9 +97,8 @@ class CheckPlaces:
         return block_sums(self.unexplained(other) - self.unexplained(light), self.blocks)
 
     def prefer(self, light: Field, other: Field, errors: float = CERTAIN) -> bool:
-        """Return whether a light leaves less than another.
+        """Return whether a light leaves less than another, by the given number of standard errors.
 
-        By the given number of standard errors.
         light, other: (cells, 3).
         """
         gain, error = self.gain(light, other)

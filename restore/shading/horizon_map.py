@@ -1,8 +1,8 @@
-"""Horizon map of a warped page: how far it occludes lamps and sky.
+"""Horizon map: how far a warped page hides lamps and sky from each of its own points.
 
-The page itself occludes them from each of its points. A horizon map (N. Max, "Horizon mapping: shadows for bump-mapped
-surfaces", The Visual Computer 4, 1988) holds, for some directions of the compass, how steeply the surface rises before
-a place. Any lamp is then seen or not by one look into the map, wherever it stands.
+A horizon map (N. Max, "Horizon mapping: shadows for bump-mapped surfaces", The Visual Computer 4, 1988) holds, for some
+directions of the compass, how steeply the surface rises before a place. Any lamp is then seen or not by one look into
+the map, wherever it stands.
 """
 
 from __future__ import annotations
@@ -149,10 +149,9 @@ def _steps(longest: int) -> Field:
 def _horizon(
     heights: Field, ways: Field, steps: Field, pitch: float, first: int, slopes: Field, reaches: Field
 ) -> None:
-    """Write the horizon's slopes, and how far it is.
+    """Write slopes and distances of the horizon, rows from `first` on, into (k, cols, ways).
 
-    Of the rows from `first` on, into (some rows, cols, len(ways)). All nodes of a row are advanced by the same reach at
-    once, so that the heights read are contiguous in memory.
+    All nodes of a row are advanced by the same reach at once, so that the heights read are contiguous in memory.
     """
     rows, cols = heights.shape
     one = np.float32(1)

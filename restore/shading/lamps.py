@@ -110,9 +110,8 @@ def refit_light(light: Light, colour: Field, places: Places) -> Light:
 
 
 def _light_of(guess: _Guess, fit: _Fit, colour: Field) -> Light:
-    """Return the light that explains most places of a fit.
+    """Return the light that explains most places of a fit: it consists of lamps and room.
 
-    It consists of lamps and room.
     colour: (n, 3), linear.
     """
     fit = fit.reweighted(guess, LAST_FLOOR)
@@ -161,10 +160,7 @@ class _Fit:
 
     @cached_property
     def target(self) -> Floats:
-        """Return what the reduced terms are fitted to, (n,).
-
-        The brightness, or 0 where the albedo is eliminated.
-        """
+        """Return the target (n,) of the fit: brightness, or 0 where albedo is eliminated."""
         return np.where(self.labels == 1, self.brightness, 0.0)
 
     @cached_property
@@ -209,10 +205,9 @@ class _Fit:
         return float(_truncated_rms(self.terms(guess), self.target, self.weights, self.cap, doubted))
 
     def better(self, found: _Guess, guess: _Guess, fraction: float) -> bool:
-        """Return whether a guess reduces the deviation to a fraction.
+        """Return whether a guess reduces another's deviation to a fraction of it.
 
-        Of the deviation that another guess leaves. Either it explains bare paper better, or a shadow that was mistaken
-        for ink.
+        Either it explains bare paper better, or a shadow that was mistaken for ink.
         """
         return any(self.deviation(found, doubt) <= fraction * self.deviation(guess, doubt) for doubt in (0.0, DOUBTED))
 
@@ -225,10 +220,7 @@ class _Fit:
 
 
 def _starts(guess: _Guess, fit: _Fit) -> list[_Guess]:
-    """Return starts with one more lamp, over the whole sky.
-
-    The best at each height, as shadows part heights.
-    """
+    """Return starts with one more lamp: the best at each height over the whole sky."""
     azimuths = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
     rings = ([np.vstack([guess.lamps, (azimuth, polar, FIRST_NEARNESS)]) for azimuth in azimuths] for polar in POLARS)
     return [min((replace(guess, lamps=lamps) for lamps in ring), key=fit.deviation) for ring in rings]

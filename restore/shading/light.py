@@ -1,9 +1,9 @@
-"""Light on places of a page: of the room, and of lamps, far or near.
+"""Light of the room and of lamps on places of a page, as far as the page lets it through.
 
-As far as the page itself lets it through. The light of a lamp is proportional to the cosine to it over the square of
-the distance, and only where the lamp is in sight; that of the room is nearly the same on all slopes (Basri & Jacobs,
-"Lambertian reflectance and linear subspaces", TPAMI 25(2), 2003, eq. 17: a constant and three terms linear in the
-normal hold most of it), less in hollows. The page reflects a fraction of both to itself.
+The light of a lamp is proportional to the cosine to it over the square of the distance, and only where the lamp is in
+sight; that of the room is nearly the same on all slopes (Basri & Jacobs, "Lambertian reflectance and linear subspaces",
+TPAMI 25(2), 2003, eq. 17: a constant and three terms linear in the normal hold most of it), less in hollows. The page
+reflects a fraction of both to itself.
 """
 
 from __future__ import annotations
@@ -119,10 +119,7 @@ class Terms:
 
 
 def direct_terms(places: Places, surroundings: Surroundings, middle: Field, lamps: Floats) -> Floats:
-    """Return the terms (n, 4 + k) of direct light on places.
-
-    Of the room, its three slopes, and of lamps (k, 3) as `Light` has them.
-    """
+    """Return terms (n, 4 + k) of direct light: room, three slopes, lamps (k, 3) of `Light`."""
     return np.asarray(
         _design_matrix(
             places.points, places.normals, places.openness, places.nodes, surroundings.horizon.slopes, middle, lamps
@@ -149,10 +146,7 @@ def _design_matrix(
 def _lamp(
     points: Field, normals: Field, nodes: Field, slopes: Field, middle: Field, azimuth: float, polar: float, near: float
 ) -> Field:
-    """Return the light (n,) of one lamp.
-
-    1 on a place in the page's centre that faces it.
-    """
+    """Return the light (n,) of one lamp, 1 on a place in the page's centre that faces it."""
     x = np.sin(polar) * np.cos(azimuth)
     y = np.sin(polar) * np.sin(azimuth)
     z = np.cos(polar)

@@ -104,9 +104,8 @@ def patches_of(colour: Field, normals: Field, inside: Mask, edge: float, crease_
 
 
 def relative_noise(total: Field, mean: Field, inside: Mask) -> Field:
-    """Return the relative noise (r, c) of a window's mean brightness.
+    """Return the relative noise (r, c) of a window's mean brightness: its standard deviation.
 
-    Its standard deviation.
     total, mean: (r, c), three channels.
     """
     # A code of a display is about the root 2.2 of the light.
@@ -114,10 +113,10 @@ def relative_noise(total: Field, mean: Field, inside: Mask) -> Field:
 
 
 def _noise(total: Field, inside: Mask) -> float:
-    """Return the standard deviation of a cell's brightness.
+    """Return the standard deviation of a cell's brightness, in codes 0 to 1, where plain.
 
-    In display codes, 0 to 1, from the plainest quarter of the page. J. Immerkær, "Fast noise variance estimation",
-    Computer Vision and Image Understanding 64(2), 1996: a kernel that gives nothing on planes.
+    J. Immerkær, "Fast noise variance estimation", Computer Vision and Image Understanding 64(2), 1996: a kernel that
+    gives nothing on planes.
     """
     code = (total / 3) ** np.float32(1 / 2.2)
     kernel = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
@@ -145,9 +144,8 @@ def _creased(normals: Field) -> Mask:
 
 
 def unexplained(brightness: Floats, light: Floats, labels: Ints, cap: float) -> Floats:
-    """Return squared deviations (n,) of log brightness from log light.
+    """Return squared deviations (n,) of log light, less each region's median, up to cap².
 
-    Less the median of each region, at most cap².
     brightness, light: (n,), positive.
     labels: (n,), regions.
     """

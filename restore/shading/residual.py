@@ -105,10 +105,9 @@ def _near(unit: Field, tolerance: float) -> Mask:
 
 
 def _surface(ratio: Field, ground: Mask, dpi: float) -> Field:
-    """Return the weighted mean of the ground's brightness round every cell.
+    """Return the weighted mean brightness of the ground round every cell, also under ink.
 
-    Continued under ink and figures. One for all channels: what the lamps leave is of their colour, and a faint tint is
-    print. Returns (r, c, 1).
+    One for all channels: what the lamps leave is of their colour, and a faint tint is print. Returns (r, c, 1).
     """
     size = tuple(-(-n // SHRINK) for n in ground.shape[::-1])
     brightness = np.where(ground, total_of(ratio) / 3, np.float32(0))

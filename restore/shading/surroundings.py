@@ -1,10 +1,9 @@
-"""Effect of the page on the light on each of its places.
+"""The page hides lamps and room from its places, and reflects their light to them.
 
-It hides lamps and room, and reflects their light. Next to a fold bright paper lights the paper that is turned away from
-the lamp, by a tenth of its light and more. Paper reflects in all directions alike, so that a place gets from the page
-what the parts that it sees are lit by, times how much of its view they fill (S. K. Nayar, K. Ikeuchi, T. Kanade, "Shape
-from interreflections", International Journal of Computer Vision 6(3), 1991, sec. 2). One reflection is counted; the
-next is a tenth again.
+Next to a fold bright paper lights the paper that is turned away from the lamp, by a tenth of its light and more. Paper
+reflects in all directions alike, so that a place gets from the page what the parts that it sees are lit by, times how
+much of its view they fill (S. K. Nayar, K. Ikeuchi, T. Kanade, "Shape from interreflections", International Journal of
+Computer Vision 6(3), 1991, sec. 2). One reflection is counted; the next is a tenth again.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""A range image from a camera and a projector.
-
-Gray-code patterns, what they say of each pixel, and triangulation.
-"""
+"""A range image by a projector's Gray-code patterns: decoding and triangulation."""
 
 from restore.structured_light.patterns import Projector
 from restore.structured_light.rig import Lens, Rig

@@ -112,10 +112,7 @@ def decode_axis(pairs: Iterable[tuple[Bytes, Bytes]], light: NDArray[np.float32]
 
 
 def _both(values: NDArray[Any], axis: int) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return each pixel's value, and that of its neighbour.
-
-    The right neighbour (axis 1) or the lower one (axis 0).
-    """
+    """Return each pixel's value and its right (axis 1) or lower (axis 0) neighbour's."""
     return (values[:, :-1], values[:, 1:]) if axis == 1 else (values[:-1], values[1:])
 
 

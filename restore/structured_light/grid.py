@@ -1,7 +1,4 @@
-"""Range grid of a camera: lines of sight of a pinhole.
-
-Without distortion, evenly spaced over the lens's view.
-"""
+"""Range grid of a pinhole camera without distortion: lines of sight, evenly spaced."""
 
 from __future__ import annotations
 
@@ -32,10 +29,7 @@ class ViewGrid:
 
 
 def view_grid(lens: Lens, size: tuple[int, int], least_spacing: float = 1.0) -> ViewGrid:
-    """Return the grid over a picture of width and height pixels.
-
-    Of SAMPLES samples, or fewer with the least spacing.
-    """
+    """Return the grid of up to SAMPLES samples over a picture of width × height pixels."""
     width, height = size
     spacing = max(least_spacing, float(np.sqrt(width * height / SAMPLES)))
     step = spacing / lens.matrix[[0, 1], [0, 1]]

@@ -1,7 +1,4 @@
-"""Projector coordinates of a camera's lines of sight.
-
-From the edges of the pattern round each.
-"""
+"""Projector coordinates of a camera's lines of sight, from pattern edges round each."""
 
 from __future__ import annotations
 
@@ -68,10 +65,7 @@ def _locate(
 
 @numba.njit(cache=True, nogil=True)
 def _nearest(code: Codes, x: float, y: float, reach: float) -> tuple[int, int]:
-    """Return row and column of the nearest pixel to (x, y) with a code.
-
-    −1 without one within reach.
-    """
+    """Return row and column of the nearest coded pixel to (x, y), −1 beyond reach."""
     best, found = np.inf, (-1, -1)
     for row in range(max(int(np.ceil(y - reach)), 0), min(int(np.floor(y + reach)), code.shape[0] - 1) + 1):
         for col in range(max(int(np.ceil(x - reach)), 0), min(int(np.floor(x + reach)), code.shape[1] - 1) + 1):

@@ -48,10 +48,7 @@ class Projector:
         return 2 * sum(self.bits) + 2
 
     def patterns(self) -> Iterator[Bytes]:
-        """Yield the patterns (height, width) uint8, 0 or 255.
-
-        In the order in which they are to be shown.
-        """
+        """Yield the patterns (height, width) uint8, 0 or 255, in the order of projection."""
         generator = cv2.structured_light.GrayCodePattern.create(self.width, self.height)
         _, patterns = generator.generate()
         yield from patterns

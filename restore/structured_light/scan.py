@@ -96,10 +96,7 @@ def _axes(pictures: Sequence[Bytes], level: NDArray[np.float32], rig: Rig) -> tu
 
 
 def _located(columns: Axis, rows: Axis, lit: Mask, grid: ViewGrid) -> Floats:
-    """Return the projector pixels (rows, cols, 2) of the samples of a grid.
-
-    NaN where the patterns do not determine them.
-    """
+    """Return projector pixels (rows, cols, 2) of a grid's samples, NaN where undetermined."""
     places = grid.pixels.reshape(-1, 2)
     found = np.empty_like(places)
     for k, axis in enumerate((columns, rows)):
@@ -108,10 +105,7 @@ def _located(columns: Axis, rows: Axis, lit: Mask, grid: ViewGrid) -> Floats:
 
 
 def _edge_spacing(axis: Axis) -> float:
-    """Return the camera pixels from edge to edge of the pattern.
-
-    In the direction in which the edges are densest.
-    """
+    """Return the camera pixels between pattern edges, in the direction of densest edges."""
     edges = max(int(np.isfinite(crossings).sum()) for crossings in (axis.across, axis.down))
     return float((axis.code >= 0).sum() / edges) if edges else 1.0
 

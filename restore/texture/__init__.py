@@ -1,4 +1,1 @@
-"""The colour image on the flat page.
-
-Texturing, coverage, super-resolution from several captures.
-"""
+"""The colour image on the flat page: texturing, coverage, super-resolution."""

@@ -1,10 +1,9 @@
-"""Coverage of the page.
+"""Coverage: which pixels of the page the camera saw, and where shape was measured.
 
-Which pixels the camera saw, and on which of them the shape was measured. The colour of a page pixel is true where
-nothing occludes it from the camera. The surface there may still be interpolated: dark ink absorbs the laser, and
-photographs of blank paper show nothing to measure. There the shape is filled in from its neighbourhood. Where the page
-occludes itself (behind a fold, on a wall seen edge-on, on a side turned away) the texture has the colour of another
-place, and where the surface has a hole it has none.
+The colour of a page pixel is true where nothing occludes it from the camera. The surface there may still be
+interpolated: dark ink absorbs the laser, and photographs of blank paper show nothing to measure. There the shape is
+filled in from its neighbourhood. Where the page occludes itself (behind a fold, on a wall seen edge-on, on a side
+turned away) the texture has the colour of another place, and where the surface has a hole it has none.
 """
 
 from __future__ import annotations

@@ -60,10 +60,7 @@ def _close_strokes(image: Bytes, unknown: NDArray[np.uint8], dpi: float) -> Byte
 
 
 def _inpaint(image: Bytes, unknown: NDArray[np.uint8], selected: Mask) -> Bytes:
-    """Inpaint a page (h, w, 3) in the selected regions.
-
-    One bounding box at a time to save time.
-    """
+    """Inpaint a page (h, w, 3) in the selected regions, one bounding box at a time."""
     out = image.copy()
     margin = 8  # pixels of surroundings, more than the radius of the method
     boxes, count = label(cv2.dilate(selected.astype(np.uint8), np.ones((3, 3), np.uint8)))

@@ -31,12 +31,12 @@ STEEPEST_COSINE = 1.0 / np.hypot(1.0, MAX_SLOPE)
 
 
 def viewpoint(page: FlatMesh) -> Floats | None:
-    """Return the centre (3,) mm of the camera of a page's texture.
+    """Return the centre (3,) mm of the texture's camera, None unless it was one pinhole.
 
-    None when it was not one pinhole camera. A picture that was drawn, of charts or of the colours of vertices, is not a
-    camera's, however like one's it is. Nor is a chart that the surface was flattened to, though a camera before or
-    behind the page may come near to it. Of a camera as good as at infinity the projection does not determine on which
-    side of the page it was: on the side that most faces are turned to.
+    A picture that was drawn, of charts or of the colours of vertices, is not a camera's, however like one's it is. Nor
+    is a chart that the surface was flattened to, though a camera before or behind the page may come near to it. Of a
+    camera as good as at infinity the projection does not determine on which side of the page it was: on the side that
+    most faces are turned to.
     """
     camera = _page_camera(page)
     if camera is None:
@@ -78,9 +78,9 @@ def _is_chart(page: FlatMesh, texcoords: Floats, camera: Floats) -> bool:
 
 
 def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi: float) -> Rows:
-    """Return where the page is turned away, edge-on, or occluded by itself.
+    """Return where the page is turned away, edge-on, or occluded by itself, by a z-buffer.
 
-    By a z-buffer. (h, w) bool.
+    (h, w) bool.
     """
     assert fine.texcoords is not None and fine.texture is not None
     distance = np.linalg.norm(fine.vertices - camera_centre, axis=1)

@@ -33,9 +33,8 @@ PageMap = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Painting:
-    """A textured page.
+    """A textured page: image (h, w, 3) uint8, mask (h, w), and the source's resolution.
 
-    Image (h, w, 3) uint8, mask (h, w), and the source's resolution.
     source: rows (h, w, 2) float32 of the texture pixel that each pixel shows, NaN off the page.
     page_source (h, w) uint8 is the index of the picture that these are pixels of. covered (h, w) is True where
     something covers the page in a photograph. Both are None with the texture alone.
@@ -151,9 +150,8 @@ def _mixed_edge_pixels(page: FlatMesh) -> int:
 
 
 def picture_size(flat: Floats, dpi: float, *, oversampling: int = 1) -> tuple[int, int]:
-    """Return width and height in pixels of the picture of a page.
+    """Return width and height, pixels, of a page's picture at `dpi` times `oversampling`.
 
-    At `dpi` times `oversampling`.
     flat: (n, 2) mm.
     Raises BadInput when the page would be too large for any memory.
     """

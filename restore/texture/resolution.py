@@ -196,10 +196,7 @@ def _none() -> tuple[Ints, Floats, Floats]:
 
 
 def _steepest(light: Light, inside: Mask, corner: tuple[int, int]) -> tuple[Ints, Floats]:
-    """Return the steepest pixels (n, 2) of small squares of a tile.
-
-    With room for a window, and where their light rises.
-    """
+    """Return the steepest pixels (n, 2) of a tile's squares, and where their light rises."""
     reach = 2 * HALF + 1
     rows, cols = (
         slice(max(start, reach), min(start + TILE, size - reach))
@@ -220,10 +217,7 @@ def _steepest(light: Light, inside: Mask, corner: tuple[int, int]) -> tuple[Ints
 
 
 def _isolated(light: Light, places: Ints, turn: Floats) -> tuple[Ints, Floats, Floats]:
-    """Return the places with flat light on either side of the step.
-
-    Of places (n, 2), with its direction and its height.
-    """
+    """Return places (n, 2) with flat light on both sides, their direction and step height."""
     along, across = np.meshgrid(np.linspace(-HALF, HALF, 5), np.arange(PLATEAU, HALF + 1))
     sides = []
     for sign in (-1, 1):

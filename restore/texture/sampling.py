@@ -31,9 +31,9 @@ def _kernel(t: float) -> float:
 
 @numba.njit(cache=True, inline="always")
 def _fill_taps(position: float, scale: float, size: int, weights: Floats, indices: NDArray[np.int64]) -> int:
-    """Write the taps round a position, and return their number.
+    """Write indices and weights (of sum one) of the taps round a position; return how many.
 
-    Their indices and weights (of sum one) go to the two arrays. Beyond the border the last pixel is replicated.
+    Beyond the border the last pixel is replicated.
     """
     first = int(np.ceil(position - 2.0 * scale))
     last = int(np.floor(position + 2.0 * scale))
@@ -50,10 +50,7 @@ def _fill_taps(position: float, scale: float, size: int, weights: Floats, indice
 
 @numba.njit(cache=True)
 def _source_step(source: NDArray[np.float32], row: int, col: int, k: int) -> float:
-    """Return the picture's distance between neighbouring page pixels.
-
-    Along its axis k, in pixels.
-    """
+    """Return the picture's distance of neighbouring page pixels along its axis k, pixels."""
     rows, cols, _ = source.shape
     here = source[row, col, k]
     right = _lesser(

@@ -107,11 +107,10 @@ def super_resolve_images(images: Sequence[Bytes]) -> SuperResolution:
 
 
 def registration(reference: Bytes, image: Bytes, *, name: str = "a shot") -> Floats:
-    """Return the affine map (2, 3) from the reference to an image, in pixels.
+    """Return the affine map (2, 3), pixels, from the reference to an image, by ECC.
 
-    By the correlation that ECC maximises. G. Evangelidis, E. Psarakis, "Parametric image alignment using enhanced
-    correlation coefficient maximization", IEEE TPAMI 30(10), 2008. Raises BadInput when the image does not show the
-    same page, or the shift is too large.
+    G. Evangelidis, E. Psarakis, "Parametric image alignment using enhanced correlation coefficient maximization", IEEE
+    TPAMI 30(10), 2008. Raises BadInput when the image does not show the same page, or the shift is too large.
     """
     grey, other = (cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY) for picture in (reference, image))
     (dx, dy), _ = cv2.phaseCorrelate(grey.astype(np.float64), other.astype(np.float64))
@@ -143,10 +142,7 @@ def _shifts(maps: Floats, image: Bytes) -> Floats:
 
 
 def _forward(picture: Picture, affine: Floats) -> Picture:
-    """Return the image (h, w, 3) that the camera takes of the finer picture.
-
-    The forward model, at an affine map (2, 3).
-    """
+    """Return the image (h, w, 3) of the finer picture at an affine map (2, 3): forward model."""
     observed = cv2.GaussianBlur(picture, (0, 0), LENS_BLUR_PX * FACTOR)
     observed = cv2.blur(observed, (FACTOR, FACTOR))  # an even box is centred half a pixel up and left: hence FACTOR / 2
     size = picture.shape[1] // FACTOR, picture.shape[0] // FACTOR
@@ -160,10 +156,7 @@ def _forward(picture: Picture, affine: Floats) -> Picture:
 
 
 def _back_project(image: Picture, affine: Floats) -> Picture:
-    """Resample an image or a residual (h, w, 3) to the finer pixels.
-
-    Back-projection, at an affine map (2, 3).
-    """
+    """Back-project an image or residual (h, w, 3) to finer pixels at an affine map (2, 3)."""
     size = image.shape[1] * FACTOR, image.shape[0] * FACTOR
     from_fine = _homogeneous(affine) @ np.linalg.inv(_to_fine_pixels((FACTOR - 1) / 2))
     return np.asarray(

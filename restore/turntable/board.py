@@ -17,11 +17,11 @@ NO_BOARD = "put a flat board with ArUco markers (DICT_4X4) on the stage, in the 
 
 
 def board_corners(scan: RangeScan) -> Mapping[int, Floats]:
-    """Return the corners (4, 3) mm of each detected marker.
+    """Return the corners (4, 3) mm of detected DICT_4X4 markers, in the scanner's frame.
 
-    In the scanner's frame, by marker, of the dictionary 4×4. A corner is the intersection of its line of sight, known
-    to a tenth of a pixel from the colour image, with the plane of the board, fitted to all samples between the markers.
-    Raises BadInput when the scan shows no such board, or is not one capture of a scanner.
+    A corner is the intersection of its line of sight, known to a tenth of a pixel from the colour image, with the plane
+    of the board, fitted to all samples between the markers. Raises BadInput when the scan shows no such board, or is
+    not one capture of a scanner.
     """
     rays = find_rays(scan)
     if rays is None or scan.texture is None:
@@ -47,9 +47,8 @@ def _detect_markers(texture: Bytes) -> Mapping[int, Floats]:
 
 
 def _grid_positions(scan: RangeScan, pixels: Floats) -> Floats:
-    """Return row and column (n, 2) of the samples at texture pixels.
+    """Return row and column (n, 2) of the samples at texture pixels, fractions included.
 
-    Fractions allowed.
     pixels: (n, 2).
     """
     rows, cols = np.nonzero(np.isfinite(scan.texture_xy).all(axis=2))

@@ -1,7 +1,4 @@
-"""Registers a view of a turntable.
-
-From the initial motion of the known axis, by its surface and its print.
-"""
+"""Registers a turntable's view from the known axis, by its surface and its print."""
 
 from __future__ import annotations
 

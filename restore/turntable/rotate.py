@@ -10,10 +10,9 @@ from restore.scan import RangeScan
 
 
 def rotate_quarters(scan: RangeScan, quarters: int) -> RangeScan:
-    """Rotate a scan counter-clockwise by quarters of a full rotation.
+    """Rotate a scan's grid, picture and points counter-clockwise by quarter turns.
 
-    Grid, picture and points alike. Nothing is resampled: rows and columns are exchanged or reversed, and the points
-    rotate about the z axis.
+    Nothing is resampled: rows and columns are exchanged or reversed, and the points rotate about the z axis.
     """
     if quarters % 4 == 0:
         return scan

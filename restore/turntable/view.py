@@ -56,9 +56,8 @@ class RangeView:
         )
 
     def surface_distance(self, layer: Floats) -> Floats:
-        """Return the signed distance (n,) mm from this surface to a layer.
+        """Return the signed distance (n,) mm to a layer along the normal, at n common samples.
 
-        Along the normal, at the n samples that both have.
         layer: (rows, cols) 1/mm.
         """
         across, down = (np.gradient(self.scan.points, axis=axis) for axis in (1, 0))
@@ -87,10 +86,7 @@ class RangeView:
         return int((np.isnan(self.inverse_depth) & np.isfinite(layer)).sum())
 
     def sheet_samples(self) -> int:
-        """Return the number of samples of the sheet.
-
-        0 without a sheet, or when it reaches the border of the picture.
-        """
+        """Return the number of samples of the sheet, 0 without one or where it is cut off."""
         try:
             samples = find_sheet(self.scan, self.rays).samples
         except NotEnoughSurface:

@@ -79,10 +79,7 @@ def _joints(sides: Sides, opposite: Ints) -> tuple[Ints, Ints, Ints]:
 
 
 def _opposite(faces: Ints, sides: Sides) -> Ints:
-    """Return the side that runs back along each side, (3·m,).
-
-    −1 where it is not exactly one.
-    """
+    """Return the side that runs back along each side, (3·m,), −1 where it is not exactly one."""
     opposite, begins = np.full(faces.size, -1), faces.ravel()
     shared = sides.first[:-1][np.diff(sides.first) == 2]
     one, other = sides.at[shared], sides.at[shared + 1]

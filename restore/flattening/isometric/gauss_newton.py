@@ -1,9 +1,8 @@
-"""Flat positions of least strain near a start, by Gauss–Newton.
+"""Flat positions of least squared edge strain near a start, by Gauss–Newton.
 
-It minimises the sum of squared edge strains. The normal equations of a step are the page's own stiffness matrix. It is
-never built: conjugate gradients (Hestenes & Stiefel 1952) need its product with a displacement, which is one pass over
-the edges. A factorisation costs ten times as much at a thousand vertices and a gigabyte at a hundred thousand
-(`preconditioner.py`).
+The normal equations of a step are the page's own stiffness matrix. It is never built: conjugate gradients (Hestenes &
+Stiefel 1952) need its product with a displacement, which is one pass over the edges. A factorisation costs ten times as
+much at a thousand vertices and a gigabyte at a hundred thousand (`preconditioner.py`).
 """
 
 from __future__ import annotations

@@ -64,9 +64,9 @@ class Lattice:
         return np.concatenate(pairs), self.step * spans
 
     def bending(self) -> csc_matrix:
-        """Return the squared second differences as a quadratic form.
+        """Return the squared second differences along rows and columns as a quadratic form.
 
-        Along rows and columns. Returns (count, count).
+        Returns (count, count).
         """
         node = np.arange(self.count).reshape(self.rows, self.cols)
         lines = (node[:, :-2], node[:, 1:-1], node[:, 2:]), (node[:-2], node[1:-1], node[2:])

@@ -120,10 +120,7 @@ def _pull(
 
 @numba.njit(cache=True)
 def advance(now: Floats, velocity: Floats, force: Floats, gravity: float, drag: float, step: float) -> None:
-    """Do one explicit Euler step in place.
-
-    Positions move by the old velocities, velocities by the old forces, all (n, 3).
-    """
+    """Do one explicit Euler step in place, by the old velocities and forces, all (n, 3)."""
     for i in range(len(now)):
         for axis in range(3):
             now[i, axis] += step * velocity[i, axis]

@@ -36,9 +36,8 @@ def merge_copies(mesh: PaintedMesh) -> PaintedMesh:
 
 
 def _hash_faces(faces: Ints, places: Ints) -> Hashes:
-    """Return hashes (m,) of the places of the corners of faces.
+    """Return hashes (m,) of the places of the corners of faces in any order of the corners.
 
-    In any order of the corners.
     faces: (m, 3).
     places: (n,).
     """

@@ -82,10 +82,7 @@ def _rounding(vertices: Floats, edge: float) -> float:
 
 
 def _last_decimal(vertices: Floats) -> float:
-    """Return the last decimal of all coordinates (n, 3), mm.
-
-    0 where they have more than a few.
-    """
+    """Return the last decimal of coordinates (n, 3), mm, 0 where they have more than a few."""
     for decimals in range(MAX_DECIMALS):
         scaled = vertices * 10.0**decimals
         if (np.abs(scaled - np.rint(scaled)) < SINGLE).all():
@@ -100,9 +97,8 @@ def _crowded(tree: cKDTree, points: Floats, reach: float) -> bool:
 
 
 def _reach(apart: Floats, least: float, most: float) -> float:
-    """Return the largest distance that is rounding.
+    """Return the largest distance that is rounding: `least`, or that at a gap of distances.
 
-    `least`, or the one at a gap in the distances.
     apart: (k,), ascending.
     """
     reach = least

@@ -112,9 +112,8 @@ def colours_at(picture: Bytes, places: Floats) -> Floats:
 
 
 def _moved_inside(faces: Ints, texcoords: Floats, chosen: Mask, inset: float) -> Floats:
-    """Move chosen texture coordinates into their charts.
+    """Move chosen texture coordinates into their charts, towards the faces' centres (m, 3).
 
-    Towards the centre of their faces (m, 3).
     texcoords: (n, 2).
     chosen: (n,).
     inset: pixels, at most half of the distance.

@@ -41,9 +41,9 @@ def parse_grid(text: str) -> Size | None:
 
 
 def sized(path: Path, cloud: Cloud, given: Size | None, stated: Size | None = None) -> Cloud:
-    """Return the cloud with the size of its grid.
+    """Return the cloud with the size of its grid, as given, as stated, or as its points show.
 
-    As given, as stated, or as its points show. Raises BadInput.
+    Raises BadInput.
     """
     count = len(cloud.points)
     size = stated or likely_size(path, cloud.points) if given is None else _checked(path, given, count)

@@ -195,9 +195,9 @@ def _model(name: str, coefficients: tuple[float, ...]) -> str:
 
 
 def _colour_camera(content: Any) -> tuple[Intrinsics, Floats, Floats] | None:
-    """Return the camera of a colour image that is not registered.
+    """Return the unregistered colour image's camera with its pose, RealSense's `extrinsics`.
 
-    With its pose, by `extrinsics` of RealSense. Their rotation is stored column by column, their translation in metres.
+    Their rotation is stored column by column, their translation in metres.
     """
     if not isinstance(content, Mapping):
         return None

@@ -56,10 +56,9 @@ class Additions:
 
 
 def plain_attributes(path: Path, header: bytes, binary: bytes, layout: Layout) -> tuple[bytes, bytes] | None:
-    """Return header and binary chunk with plain attributes.
+    """Return header and binary chunk with float positions, and texture coordinates as set 0.
 
-    Float positions, and the texture coordinates of the picture as set 0. None for a file that is so already. Raises
-    BadInput.
+    None for a file that is so already. Raises BadInput.
     """
     try:
         new = Additions(json.loads(header), len(binary))

@@ -1,7 +1,6 @@
-"""Gathers all that a glTF file refers to, as a plain .glb has it.
+"""Gathers all that a glTF file refers to in one header and one binary chunk, as .glb.
 
-In one header and one binary chunk. Buffers and pictures may be in the binary chunk, in the header as data URIs, or in
-separate files.
+Buffers and pictures may be in the binary chunk, in the header as data URIs, or in separate files.
 """
 
 from __future__ import annotations

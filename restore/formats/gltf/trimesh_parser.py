@@ -130,10 +130,7 @@ def _concatenate(path: Path, pieces: list[tuple[NDArray[np.float64], Any]]) -> M
 
 
 def _concatenate_uv(pieces: list[tuple[NDArray[np.float64], Any]]) -> NDArray[np.float64] | None:
-    """Return the texture coordinates of all pieces, 0 for those without.
-
-    None when all are without.
-    """
+    """Return the texture coordinates of all pieces, 0 where missing, None when all are."""
     if not any(_has_uv(vertices, mesh) for vertices, mesh in pieces):
         return None
     return np.concatenate(
@@ -163,10 +160,7 @@ def _material(mesh: Any) -> int:
 
 
 def _colours(mesh: Any) -> Any:
-    """Return the colours (n, 3) of the vertices, None without.
-
-    Also those given next to a material.
-    """
+    """Return the colours (n, 3) of the vertices, also those next to a material, or None."""
     if mesh.visual.kind == "vertex":
         return np.asarray(mesh.visual.vertex_colors)[:, :3]
     colours = getattr(mesh.visual, "vertex_attributes", {}).get("color")

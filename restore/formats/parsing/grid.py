@@ -22,10 +22,10 @@ def check_grid(path: Path, rows: int, cols: int) -> None:
 
 
 def samples_in_picture(path: Path, rows: int, cols: int, texture: Bytes | None) -> Floats:
-    """Return the texture pixels (rows, cols, 2) of a whole range image.
+    """Return the texture pixels (rows, cols, 2) of a range image, or of the grid itself.
 
-    Without a picture, of the grid itself. A FAST scan has a quarter of the picture's samples, each in the centre of its
-    2 × 2 pixels. Raises BadInput when grid and picture are not of one shape.
+    A FAST scan has a quarter of the picture's samples, each in the centre of its 2 × 2 pixels. Raises BadInput when
+    grid and picture are not of one shape.
     """
     height, width = (rows, cols) if texture is None else texture.shape[:2]
     if abs(width * rows / (height * cols) - 1.0) > ASPECT_TOLERANCE:

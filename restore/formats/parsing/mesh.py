@@ -1,7 +1,4 @@
-"""Checks the raw arrays of a mesh file.
-
-No native library receives invalid ones.
-"""
+"""Checks the raw arrays of a mesh file: no native library receives invalid ones."""
 
 from __future__ import annotations
 
@@ -195,9 +192,8 @@ def texture_pixels(uv: Floats, texture: Bytes) -> Floats:
 
 
 def texture_uv(texcoords: Floats, texture: Bytes) -> Floats:
-    """Convert texture pixels to texture coordinates (u, v).
+    """Convert texture pixels to texture coordinates (u, v): the inverse of `texture_pixels`.
 
-    The inverse of `texture_pixels`.
     texcoords: (n, 2), of a picture (h, w, 3). Returns (n, 2).
     """
     height, width = texture.shape[:2]

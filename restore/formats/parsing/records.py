@@ -41,9 +41,9 @@ def find_lists(
 
 @numba.njit(cache=True)
 def _length(content: NDArray[np.uint8], at: int, width: int, big: bool) -> int:
-    """Return the length of a list at an offset.
+    """Return the length of a list at an offset, −1 for one that is not a whole number.
 
-    −1 for one that is not a whole number. Signed ones are read as unsigned.
+    Signed ones are read as unsigned.
     """
     if width == 8:
         number = content[at : at + 8].view(np.float64)[0]

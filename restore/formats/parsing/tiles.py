@@ -21,10 +21,10 @@ MAX_PAST = 1.0  # of the picture: a photograph is cast on a surface that is larg
 
 
 def in_first_tile(path: Path, uv: Floats, faces: Ints) -> Floats:
-    """Move every chart of the texture coordinates from its tile to 0…1.
+    """Move every chart of the texture coordinates from its tile to 0…1, by whole numbers.
 
-    By whole numbers. A chart is a connected piece of faces. What reaches past the picture itself stays, and shows its
-    border, up to MAX_PAST.
+    A chart is a connected piece of faces. What reaches past the picture itself stays, and shows its border, up to
+    MAX_PAST.
     uv: (n, 2).
     faces: (m, 3).
     Raises BadInput for a chart of another tile that reaches past that, and one that reaches farther.

@@ -89,9 +89,8 @@ def line_of_sight(camera: PhotoCamera, pixel: Floats) -> Floats:
 def triangulate_markers(
     cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapping[int, Floats]]
 ) -> dict[int, Floats]:
-    """Return the centre (3,) of each marker in MIN_VIEWS or more.
+    """Return the centre (3,) of each marker in MIN_VIEWS or more, in the cameras' frame.
 
-    In the frame of the cameras.
     seen: photograph → marker → pixel (2,), of views that agree.
     """
     numbers = sorted({marker for markers in seen.values() for marker in markers})

@@ -96,10 +96,10 @@ SCALE_CARD = ScaleCard()
 
 
 def detect_markers(image: Bytes, card: ScaleCard = SCALE_CARD) -> Mapping[int, Floats]:
-    """Return the pixel (2,) of the centre of every marker of a card.
+    """Return the pixel (2,) of the centre of every marker of a card, by its number.
 
-    By its number. A centre is where the diagonals cross: blur and the detector shift the corners of a marker all
-    inwards or all outwards, which cancels there. A marker that is seen twice is left out: there are two cards.
+    A centre is where the diagonals cross: blur and the detector shift the corners of a marker all inwards or all
+    outwards, which cancels there. A marker that is seen twice is left out: there are two cards.
     image: (h, w, 3) uint8 RGB.
     """
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)

@@ -30,10 +30,9 @@ class Sharpness:
 
 
 def sharpness(grey: Bytes) -> Sharpness:
-    """Measure blur and contrast of the strongest edges.
+    """Measure blur and contrast of the strongest edges in the direction of least blur.
 
-    In the direction of least blur. A step blurred by a Gaussian of standard deviation s has a slope of its contrast
-    over s √(2π).
+    A step blurred by a Gaussian of standard deviation s has a slope of its contrast over s √(2π).
     grey: (h, w).
     """
     smooth = cv2.GaussianBlur(grey.astype(np.float32), (0, 0), NOISE_BLUR_PX)

@@ -1,7 +1,7 @@
-"""Quadratics through the points of discs on the page.
+"""Quadratics through the points of discs on the page: they predict other points.
 
-They predict other points. Next to a crease a disc that ends before it is a better neighbour's than the point's own
-(shiftable windows, after Kuwahara 1976; `range_image.facet_model` does so on a grid).
+Next to a crease a disc that ends before it is a better neighbour's than the point's own (shiftable windows, after
+Kuwahara 1976; `range_image.facet_model` does so on a grid).
 """
 
 from __future__ import annotations

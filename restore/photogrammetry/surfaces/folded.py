@@ -1,7 +1,7 @@
-"""A page of several smooth pieces that meet at creases.
+"""A page of several smooth pieces that meet at creases: a smooth surface rounds a crease.
 
-A smooth surface rounds a crease. Each piece is fitted by itself instead and prolonged as paper is; at every place the
-page is the piece that is nearest to the smooth surface there, and the nearest changes where two pieces meet.
+Each piece is fitted by itself instead and prolonged as paper is; at every place the page is the piece that is nearest
+to the smooth surface there, and the nearest changes where two pieces meet.
 """
 
 from __future__ import annotations

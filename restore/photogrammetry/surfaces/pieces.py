@@ -35,9 +35,9 @@ KINK = 0.018  # standard deviation that a cubic leaves of a kink of a radian wit
 
 
 def find_pieces(points: Floats, places: Floats) -> Ints:
-    """Return the piece (n,) that each point lies on.
+    """Return the piece (n,) that each point lies on: all zero where no crease is found.
 
-    All zero where no crease is found. −1 for points on none: outliers, and those on pieces that are too small.
+    −1 for points on none: outliers, and those on pieces that are too small.
     points: (n, 3) mm.
     places: (n, 2) mm, of the page.
     """
@@ -84,10 +84,7 @@ def neighbours(places: Floats) -> Ints:
 
 
 def _cores(links: Ints, count: int) -> Ints:
-    """Return labels (n,) of the points that links (k, 2) join.
-
-    −1 for those of small groups.
-    """
+    """Return labels (n,) of the points that links (k, 2) join, −1 for those of small groups."""
     graph = coo_matrix((np.ones(len(links)), (links[:, 0], links[:, 1])), (count, count))
     _, group = connected_components(graph, directed=False)
     large = np.bincount(group) >= CORE

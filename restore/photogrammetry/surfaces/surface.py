@@ -192,9 +192,8 @@ def grid_places(low: Floats, high: Floats, step: float) -> Floats:
 
 
 def through_places(places: Floats, points: Floats, low: Floats, high: Floats) -> Surface:
-    """Fit a surface to points at places of the flat page.
+    """Fit a surface to points at places of the flat page over a rectangle low to high (2,).
 
-    Over a rectangle low to high (2,).
     places: (n, 2) mm.
     points: (n, 3) mm.
     """

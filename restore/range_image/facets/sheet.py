@@ -214,10 +214,9 @@ def _evaluate(planes: Floats, nodes: Floats) -> Floats:
 
 @numba.njit(cache=True, inline="always")
 def _turn_before(planes: Floats, r: float, c: float, dr: float, dc: float, slope: float, beyond: float) -> float:
-    """Return how far a side turns before a crease.
+    """Return how far a side turns before a crease, from (r, c) to its last sample.
 
-    In the step from (r, c) to its last sample before the crease. 0 where that is too much of the turn at the crease:
-    then another crease is there, or none at all.
+    0 where that is too much of the turn at the crease: then another crease is there, or none at all.
     slope: at its end.
     """
     i, j = _nearest(r, planes.shape[0]), _nearest(c, planes.shape[1])

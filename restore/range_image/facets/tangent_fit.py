@@ -105,10 +105,9 @@ def _fit_rows(
 
 @numba.njit(cache=True, nogil=True, inline="always")
 def _set_axes(across: float, down: float, radius: int, axes: Floats) -> None:
-    """Write two directions on the plane of these slopes and its normal.
+    """Write two directions on the plane of slopes and its normal: columns, rows, depth.
 
-    In columns, rows and depth. They are those of the grid, turned to the plane, and in units of the window's reach on
-    it.
+    They are those of the grid, turned to the plane, and in units of the window's reach on it.
     """
     z = 1.0 / np.sqrt(1.0 + across * across + down * down)
     x, y, unit = -across * z, -down * z, z / radius

@@ -20,9 +20,8 @@ MIN_SHEET = 0.05  # of the samples, in one piece; the rest of a page that fills 
 
 
 class PageOutline(NamedTuple):
-    """Outline of a page next to its table.
+    """Outline of a page next to its table, without the image's frame, where it continues.
 
-    Without the frame of the image, where it continues unseen.
     clear: fraction of it that stands clear of the table: the page, continuing as it does there, would not meet it.
     touching: fraction of it that touches the table.
     """

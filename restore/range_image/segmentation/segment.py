@@ -126,10 +126,7 @@ def _with_others(scan: RangeScan, others: int) -> RangeScan:
 
 
 def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
-    """Return the scan once with each surface that may be a page.
-
-    Connected, off the table and large enough.
-    """
+    """Return the scan once for each surface that is connected, off the table and large."""
     scan, table = _find_table(scan)
     samples = scan.measured & ~table.samples
     labels, sizes = _label_connected_surfaces(scan, rays, samples)

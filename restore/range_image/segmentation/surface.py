@@ -70,10 +70,7 @@ class TableSurface(NamedTuple):
 
 
 def _sigma(blocks: Blocks, uneven: float) -> Floats:
-    """Return the standard deviation (n,) mm of the height of each block.
-
-    Over an uneven surface.
-    """
+    """Return the standard deviation (n,) mm of each block's height over an uneven surface."""
     return np.hypot(blocks.noise, uneven)
 
 

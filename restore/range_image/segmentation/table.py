@@ -64,10 +64,9 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
 
 
 def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask) -> Table | None:
-    """Return the table on a plane in a scanner's image.
+    """Return the table in a scanner's image, None where the rest is not a sheet on it.
 
-    None where the rest is not a sheet on a table. A sheet stands clear of it with most of its outline, or its colour
-    differs.
+    A sheet stands clear of it with most of its outline, or its colour differs.
     """
     coloured = None if colour is None else table_by_colour(colour, plane, band, own)
     if coloured is not None and _is_sheet_on_table(coloured):
