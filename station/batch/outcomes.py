@@ -39,7 +39,6 @@ class Figure:
 
 FIGURES = (
     Figure("strain rms", lambda report: report["strain"].get("smooth_rms", report["strain"]["rms"]), "{:.3%}"),
-    Figure("strain max", lambda report: report["strain"]["max"], "{:.2%}"),
     Figure("inverted triangles", lambda report: report["flipped_faces"], "{:.0f}"),
     Figure("filled in", lambda report: report.get("interpolated_fraction"), "{:.1%}"),
     Figure(

@@ -12,10 +12,10 @@ from restore.scan import Bytes
 PICTURE_PX, QUALITY = 320, 80  # the longer side, and of JPEG: some 15 kB a page
 
 
-def preview(picture: Bytes) -> str:
-    """Return a page (h, w, 3) as an element of HTML."""
+def preview(picture: Bytes, side: int = PICTURE_PX) -> str:
+    """Return a page (h, w, 3) as an element of HTML, its longer side of the given pixels at most."""
     image = Image.fromarray(picture)
-    image.thumbnail((PICTURE_PX, PICTURE_PX))
+    image.thumbnail((side, side))
     out = io.BytesIO()
     image.save(out, "JPEG", quality=QUALITY)
     data = base64.b64encode(out.getvalue()).decode()

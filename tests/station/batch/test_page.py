@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from restore.formats import read_image
-from station.batch.page import restore_task
+from restore.formats import load_scan, read_image
+from station.batch.page import BEFORE_PX, restore_task
 from station.batch.plan import plan_folder
 from station.batch.preview import preview
 from station.errors import FolderInUse
@@ -28,7 +28,8 @@ def test_a_page_is_restored_and_then_known(task, scans) -> None:
     assert report["scan"] == str(scans / "sub/c.ply")
     assert (task.out / "sub/c/c.png").exists()
     assert done.seconds > 0
-    assert done.previews == {task.out / "sub/c/c.png": preview(read_image(task.out / "sub/c/c.png"))}
+    before = preview(load_scan(scans / "sub/c.ply").texture, BEFORE_PX)
+    assert done.previews == {task.out / "sub/c/c.png": before + preview(read_image(task.out / "sub/c/c.png"))}
     again = restore_task(task)
     assert (again.settled[0].state, again.previews) == ("done", {})
 

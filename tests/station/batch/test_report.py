@@ -23,6 +23,7 @@ from station.workers.process import Limits
 from tests.station.batch.conftest import QUICK
 
 NOW = datetime(2026, 3, 4, 5, 6, tzinfo=UTC)
+ROWS = (("a", 30.0, "amber", 7.0), ("b", 20.0, "green", 8.0), ("c", 25.0, "red", 6.0))
 GOOD = {"strain rms": 0.001, "strain max": 0.01, "inverted triangles": 0, "source ppi": 60.0, "warnings": 0}
 
 
@@ -83,7 +84,7 @@ def test_the_verdict_comes_before_the_figures() -> None:
 
 
 @pytest.mark.usefixtures("in_process")
-def test_a_page_of_a_folder_is_checked_by_the_measures_in_its_report(scans, tmp_path) -> None:
+def test_a_page_of_a_folder_is_judged_by_the_measures_in_its_report(scans, tmp_path) -> None:
     limits = Thresholds(smooth_strain_rms=(0.5, 0.9), sampling_ppi=(1000.0, 1.0), measured_fraction=(1.1, 0.1))
     run_batch([scans], tmp_path / "out", QUICK, local_workers(1, Limits()), lambda _: None, limits=limits)
     html = (tmp_path / "out" / REPORT).read_text()
@@ -148,9 +149,24 @@ def test_the_report_says_how_well_sizes_and_places_are_known() -> None:
         assert (ci95_of(unknown), "uncertainty" in figures_of(unknown)) == (None, False)
 
 
+def test_it_sorts_and_filters_without_a_script() -> None:
+    pages = [
+        replace(outcome(name, source_ppi=ppi), level=level, size_mm=(width, 9.0)) for name, ppi, level, width in ROWS
+    ]
+    html = encode_report([*pages, PageOutcome("lost", "set aside")], title="x", now=NOW).decode()
+    rows = re.findall(r"<tr class='(\w+)' style='([^']*)'>.*?<td>(\w+)<", html)
+    assert [(kind, name) for kind, _, name in rows] == [("aside", "lost"), ("red", "c"), ("amber", "a"), ("green", "b")]
+    for at, order in enumerate(("abc", "cab", None, None, None, "bca")):  # by scan, width, …, resolution
+        placed = {int(re.search(rf"--by-{at}:(\d+)", style)[1]): name for _, style, name in rows}
+        assert order is None or "".join(placed[place] for place in range(3)) == order
+        assert f"body:has(#by-{at}:checked) tbody tr {{ order: var(--by-{at}); }}" in html
+    assert "body:has(#show-amber:checked) tbody tr:not(.amber) { display: none; }" in html
+    assert not {"strain max", "hours", "seconds"} & set(Parsed(html.encode()).text)
+
+
 def test_figures_are_read_from_a_report_of_the_library(page) -> None:
     values = [figure.read(page.report) for figure in FIGURES]
-    assert values == [0.001, 0.012, 0, None, 20.3, None, 0]
+    assert values == [0.001, 0, None, 20.3, None, 0]
 
 
 def test_a_preview_is_shown_without_reading_the_page_again(tmp_path) -> None:
