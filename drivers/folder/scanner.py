@@ -21,9 +21,10 @@ def _silent(step: str, done: float) -> None:
 
 
 class FolderScanner(DeviceContext):
-    """A scanner that is triggered by hand. Raising from `progress` cancels the wait for a shot.
+    """A scanner that is triggered by hand.
 
-    Files that are there when it is opened are no shots, until they are written again. A file of the same name as an
+    Raising from `progress` cancels the wait for a shot.
+    Files that are there when it is opened are not shots, until they are written again. A file of the same name as an
     earlier one is a new shot.
     """
 
@@ -87,7 +88,7 @@ class FolderScanner(DeviceContext):
         self._open = False
 
     def _next(self) -> Path | None:
-        """The oldest scan that was not taken, once nothing has changed in the folder for `settle_s`."""
+        """The oldest scan not taken yet, once the folder has not changed for `settle_s`."""
         with self._lock:
             files, now = self._files(), self._clock()
             if files != self._seen:

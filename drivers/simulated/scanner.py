@@ -57,8 +57,9 @@ def rig(
 ) -> Rig:
     """Return the device that a `[scanner]` table describes, without a driver above it.
 
-    clock: the device's time; a virtual one by default. angle: gives the position of the turntable, degrees. Raises
-    SettingsError when a setting is not known or not possible.
+    clock: the device's time; a virtual one by default.
+    angle: gives the position of the turntable, degrees.
+    Raises SettingsError when a setting is not known or not possible.
     """
     wanted = settings_table.read(config)
     virtual, body = VirtualClock(), _body(wanted)

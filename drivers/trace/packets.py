@@ -32,8 +32,10 @@ LINKTYPE_USB_LINUX, LINKTYPE_USB_LINUX_MMAPPED, LINKTYPE_USBPCAP = 189, 220, 249
 class Transfer:
     """Bulk transfer with its data: outwards when submitted, inwards when completed.
 
-    where: bus and device address. inward: from the device to the host. data: what was captured of it; length: what was
-    moved. failed: it ended with an error: mostly a halted pipe.
+    where: bus and device address.
+    inward: from the device to the host.
+    data: what was captured of it; length: what was moved.
+    failed: it ended with an error: mostly a halted pipe.
     """
 
     where: tuple[int, int]

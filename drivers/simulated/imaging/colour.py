@@ -89,7 +89,8 @@ def _light(
 ) -> NDArray[np.float32]:
     """Return the light (n, 3) on points that rays have seen; facing paper has 1.
 
-    seen: (h, w). face: (n,), of the points (n, 3).
+    seen: (h, w).
+    face: (n,), of the points (n, 3).
     """
     depth_mm = -float(scene.surface.shift[2])
     fields = irradiance(scene.light, maps, face, points.astype(float), depth_mm)

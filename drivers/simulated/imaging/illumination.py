@@ -17,7 +17,8 @@ SKY_RAYS = 64  # light from all sides is as many rays, each as likely as light i
 def irradiance(light: Light, maps: FaceMaps, face: Ints, points: Floats, depth_mm: float) -> list[NDArray[np.float32]]:
     """Return unshadowed light (n, 3) at points on faces (n,), of the room, then of each lamp.
 
-    points: (n, 3) mm. depth_mm: where a lamp's fraction is meant: on the axis, at this depth.
+    points: (n, 3) mm.
+    depth_mm: where a lamp's fraction is meant: on the axis, at this depth.
     """
     normals = maps.facing(face, points)
     room = 1 + normals[:, :2] @ np.array(light.lean)

@@ -19,9 +19,10 @@ def ruled_mesh(
 ) -> tuple[Floats, Ints]:
     """Return points (n, 2) mm and triangles (m, 3) of the page, exact along the rulings.
 
-    position: parameter (…) of the ruling through points (…, 2). cut: the points (n, 2, 2) where rulings (n,) enter and
-    leave the page, the next on the right. step: distance between rulings in units of the parameter; its multiples, zero
-    among them, are rulings.
+    position: parameter (…) of the ruling through points (…, 2).
+    cut: the points (n, 2, 2) where rulings (n,) enter and leave the page, the next on the right.
+    step: distance between rulings in units of the parameter; its multiples, zero among them, are
+    rulings.
     """
     # With a ruling through every corner of the page, no corner lies between two of them.
     ends = position(corners(page_mm))
