@@ -140,10 +140,7 @@ def not_there(what: str, name: str, shipped: Path) -> UsageError:
 
 
 def _resolve_file_names(path: Path, scanner: Any) -> None:
-    """Resolve file names in a scanner's table, in place.
-
-    Against the folder of the configuration.
-    """
+    """Resolve a scanner table's file names, in place, against the configuration's folder."""
     if isinstance(scanner, dict):
         for key in ("profile", "calibration", "body"):
             if str(scanner.get(key, "")).endswith(".toml"):

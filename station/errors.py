@@ -89,10 +89,7 @@ class Stopped(BaseException):
 
 @runtime_checkable
 class ReportedError(Protocol):
-    """Protocol of the errors that carry an exit code and a hint.
-
-    Those of station, restore and drivers.
-    """
+    """Protocol of errors of station, restore and drivers with an exit code and a hint."""
 
     exit_code: int
     hint: str
@@ -100,10 +97,7 @@ class ReportedError(Protocol):
 
 @dataclass(frozen=True)
 class Fault:
-    """Error for the operator.
-
-    Exit code of the command, message, hints of one line each.
-    """
+    """Error for the operator: exit code of the command, message, hints of one line each."""
 
     exit_code: int
     message: str

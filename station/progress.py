@@ -31,9 +31,8 @@ Progress = Callable[[str, float], None]
 
 
 def time_left(elapsed: float, fraction: float) -> str:
-    """Return how long a run still takes, as text.
+    """Return how long a run still takes, as text, empty while it is not known.
 
-    Empty while it is not known.
     elapsed: seconds for `fraction` of its time.
     """
     if not EARLY <= fraction <= LATE:
@@ -50,11 +49,11 @@ def silent(_stage: str, _fraction: float) -> None:
 
 @contextmanager
 def progress_on(stream: TextIO | None) -> Iterator[Progress]:
-    """Show progress on `stream` while the block runs.
+    """Show progress on `stream` while the block runs: bars, one a stage, if it is a terminal.
 
-    Bars, one a stage, if it is a terminal. Verbose, a line for each stage that begins, on any stream. Otherwise, and
-    when quiet, nothing. A stream that was closed before the program began is None.
-    A stage that waits for the compilation of kernels is labelled: it takes seconds, and looks like a fault.
+    Verbose, a line for each stage that begins, on any stream. Otherwise, and when quiet, nothing. A stream that was
+    closed before the program began is None. A stage that waits for the compilation of kernels is labelled: it takes
+    seconds, and looks like a fault.
     """
     level = verbosity.get()
     if stream is not None and level == Verbosity.VERBOSE:
@@ -91,10 +90,7 @@ def progress_on(stream: TextIO | None) -> Iterator[Progress]:
 
 
 def _lines_on(stream: TextIO) -> Progress:
-    """Write a line for each stage that begins.
-
-    With the seconds since the first one.
-    """
+    """Write a line for each stage that begins, with the seconds since the first one."""
     start, begun = monotonic(), {WHOLE}
 
     def show(stage: str, _fraction: float) -> None:

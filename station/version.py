@@ -9,10 +9,7 @@ from importlib.metadata import version as installed_version
 
 @cache
 def software_version() -> str:
-    """Return name and version: `planish 0.1.0`.
-
-    Without a number where it runs from sources that are not installed.
-    """
+    """Return name and version, `planish 0.1.0`; no number where it is not installed."""
     try:
         return f"planish {installed_version('planish')}"
     except PackageNotFoundError:

@@ -50,10 +50,7 @@ class ExportProblem:
 
 
 def is_export(folder: Path) -> bool:
-    """Return whether a folder has a manifest and is not a session.
-
-    Whole or damaged.
-    """
+    """Return whether a folder has a manifest, whole or damaged, and is not a session."""
     payload = folder / PAYLOAD
     events = payload.is_dir() and any(FOLDER.fullmatch(path.name) for path in payload.iterdir())
     manifests = ((folder / name).is_file() for name in (MANIFEST, TAG_MANIFEST))

@@ -1,7 +1,4 @@
-"""Makes the record of a volume from a session.
-
-Current scans, their current derivatives, and the events that made both.
-"""
+"""Makes the record of a volume from a session's current scans, derivatives and events."""
 
 from __future__ import annotations
 
@@ -237,10 +234,7 @@ def _identifier(event: SessionEvent) -> str:
 
 
 def _provenance(session: Session, capture: SessionEvent) -> dict[str, Any]:
-    """Return what the scan folder of a capture says of it.
-
-    For scans of other formats, when they were stored.
-    """
+    """Return what a capture's scan folder says of it, or what was stored with other formats."""
     path = next((name for name in capture.files if name.endswith("/scan.json")), None)
     stored: dict[str, Any] = {"time": capture.time}
     if path is None:

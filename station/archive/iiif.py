@@ -54,10 +54,7 @@ def folder_address(text: str) -> str:
 
 @dataclass(frozen=True)
 class PageImage:
-    """Page in the manifest.
-
-    The folder of its image service, its size in pixels, dots to the inch.
-    """
+    """Page in the manifest: folder of its image service, size in pixels, dots per inch."""
 
     page: Page
     folder: str
@@ -68,10 +65,7 @@ class PageImage:
 
 @dataclass(frozen=True)
 class Tile:
-    """Part of an image at a reduced size.
-
-    Region (x, y, w, h) of the whole, size (w, h), path of its file.
-    """
+    """Part of a reduced image: region (x, y, w, h) of the whole, size (w, h), file's path."""
 
     region: tuple[int, int, int, int]
     size: tuple[int, int]

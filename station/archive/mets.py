@@ -1,7 +1,4 @@
-"""METS 1.12.1: one document that holds a volume together.
-
-Files, technical metadata, events, order of the pages.
-"""
+"""METS 1.12.1: a volume's files, technical metadata, events and order of pages."""
 
 from __future__ import annotations
 

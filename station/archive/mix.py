@@ -165,10 +165,7 @@ def _sampling(dpi: float) -> Element | None:
 
 
 def _profile_name(profile: bytes | None) -> str:
-    """Return the description of an ICC profile.
-
-    Empty without one, or for one that cannot be read.
-    """
+    """Return the description of an ICC profile, empty without a readable one."""
     if profile is None:
         return ""
     try:

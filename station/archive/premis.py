@@ -49,10 +49,7 @@ def encode_object(file: StoredFile) -> Element:
 
 
 def encode_event(event: Event) -> Element:
-    """Encode an event.
-
-    Its kind and time, its parameters, what it found, the program, the files that it read and made.
-    """
+    """Encode an event: kind, time, parameters, outcome, program, files read and made."""
     detail = {"detail": event.detail, "parameters": dict(event.parameters)}
     note = json.dumps(dict(event.facts), sort_keys=True) if event.facts else None
     return element(

@@ -1,7 +1,4 @@
-"""The sheets of a volume as meshes, as they were measured.
-
-GLB in metres, PLY and OBJ in millimetres.
-"""
+"""The measured sheets of a volume as meshes: GLB in metres, PLY and OBJ in millimetres."""
 
 from __future__ import annotations
 
@@ -21,10 +18,7 @@ METRES = 0.001  # to the millimetre; glTF 2.0, 3.1: "the units for all linear di
 
 
 def encode_sheet(mesh: SurfaceMesh, name: str) -> Iterator[tuple[str, bytes]]:
-    """Yield the files of a mesh, as (name, content).
-
-    GLB, PLY, OBJ with its material and texture.
-    """
+    """Yield the files of a mesh, (name, content): GLB, PLY, OBJ with material and texture."""
     yield f"{name}.glb", encode_glb(mesh)
     yield f"{name}.ply", encode_ply(mesh)
     yield f"{name}.obj", encode_warped(mesh, f"{name}.mtl")
@@ -106,10 +100,7 @@ def _triangles(points: Floats, index: Ints) -> Ints:
 
 
 def _colours(mesh: SurfaceMesh) -> Bytes | None:
-    """Return the colours of the nearest texture pixels, (n, 3) uint8 RGB.
-
-    None for a mesh without colours.
-    """
+    """Return the nearest texture pixels' colours, (n, 3) uint8 RGB, None for a plain mesh."""
     if mesh.texture is None or mesh.texcoords is None:
         return None
     height, width = mesh.texture.shape[:2]

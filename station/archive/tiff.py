@@ -1,7 +1,4 @@
-"""TIFF masters: each page without loss.
-
-With its profile, its resolution and where it comes from.
-"""
+"""TIFF masters: each page lossless, with profile, resolution and provenance."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
-"""A volume as an archive sees it.
+"""A volume as an archive sees it: ordered pages, their files, and those files' events.
 
-Pages in their order, their files, and the events that made those. The encoders read these records alone, and know
-nothing of where and how a session keeps its files.
+The encoders read these records alone, and know nothing of where and how a session keeps its files.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Estimates when a batch ends, as an interval.
-
-Seconds of a page against its bytes, fitted to the pages that are done.
-"""
+"""Estimates when a batch ends, as an interval, from seconds and bytes of finished pages."""
 
 from __future__ import annotations
 
@@ -51,9 +48,9 @@ class Estimate:
 
 
 def _proportional(known: Floats, seconds: Floats, left: Floats) -> tuple[float, float]:
-    """Return the likely range of a sum, if seconds are proportional to size.
+    """Return the likely range of a sum over sizes `left`, seconds proportional to size.
 
-    For the sizes `left`. Returns the least and the greatest.
+    Returns the least and the greatest.
     """
     ratios = seconds / np.maximum(known, 1.0)
     total = float(ratios.mean() * left.sum())

@@ -1,7 +1,4 @@
-"""Outcomes of the pages of a batch, from the records of its results.
-
-And how bad each is compared with the others.
-"""
+"""Outcomes of the pages of a batch, and how bad each is compared with the others."""
 
 from __future__ import annotations
 
@@ -103,10 +100,9 @@ def outcomes(plan: Plan, limits: Thresholds) -> Iterator[PageOutcome]:
 
 
 def worst_first(pages: Sequence[PageOutcome]) -> list[Ranked]:
-    """Return the pages in the order in which to look at them.
+    """Return pages without a result first, then by level of the verdict, then by rank.
 
-    Without a result first, then by the level of the verdict, then by their ranks. Ranks need no thresholds, and say
-    nothing of how bad the worst page is: the figures do.
+    Ranks need no thresholds, and say nothing of how bad the worst page is: the figures do.
     """
     ranks: dict[int, list[tuple[float, str]]] = {index: [(0.0, "")] for index in range(len(pages))}
     for figure in FIGURES:
@@ -132,10 +128,7 @@ def concerns(checks: Iterable[Check | Checked]) -> tuple[str, ...]:
 
 
 def texts_of(report: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the sentences of the findings of a report.
-
-    Empty where it was changed into something else.
-    """
+    """Return the sentences of a report's findings, empty where it was changed."""
     with suppress(ValueError):
         return tuple(one.text for one in Finding.all_in(report))
     return ()

@@ -34,10 +34,7 @@ MAX_TRIES = 3600  # of them: the longest page takes a fraction of an hour
 
 @dataclass(frozen=True)
 class Task:
-    """Scans of one name, which are restored one after the other.
-
-    Arrivals, folder of the results, options.
-    """
+    """Scans of one name, restored one after the other: arrivals, results' folder, options."""
 
     arrivals: tuple[Arrival, ...]
     out: Path

@@ -1,7 +1,4 @@
-"""Plans a batch: the scans that have neither a result nor a failure.
-
-Longest first.
-"""
+"""Plans a batch: the scans that have neither a result nor a failure; longest first."""
 
 from __future__ import annotations
 

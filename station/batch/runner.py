@@ -96,9 +96,6 @@ def run_batch(
 
 
 def _place_of_report(output: Path) -> Path:
-    """Return where the report is written.
-
-    Next to a folder of results that has its name, as the source may.
-    """
+    """Return where the report is written: next to a folder of results that has its name."""
     names = chain([REPORT], (f"report-{number}.html" for number in count(2)))
     return next(path for name in names if not (path := output / name).is_dir())

@@ -1,7 +1,4 @@
-"""The operator's keys.
-
-Single strokes on a terminal, lines of a pipe, a foot-switch on a serial line.
-"""
+"""The operator's keys: strokes on a terminal, lines of a pipe, a serial foot-switch."""
 
 from __future__ import annotations
 

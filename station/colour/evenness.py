@@ -1,8 +1,7 @@
-"""Evenness of the light on a chart.
+"""Evenness of the light on a chart: what its patches reflect against what they should.
 
-From what its patches reflect against what they should. A lamp's fall-off changes smoothly over a chart, and the colours
-of neighbouring patches have nothing in common: a quadratic of the place on the chart that explains more of the errors
-in luminance than chance does is light.
+A lamp's fall-off changes smoothly over a chart, and the colours of neighbouring patches have nothing in common: a
+quadratic of the place on the chart that explains more of the errors in luminance than chance does is light.
 """
 
 from __future__ import annotations
@@ -58,9 +57,6 @@ def measure_evenness(seen: Floats, wanted: Floats) -> Evenness:
 
 
 def _terms() -> Floats:
-    """Return the terms (24, 6) 1, place and its squares, of the patches.
-
-    Row by row.
-    """
+    """Return the terms (24, 6) of the patches, row by row: 1, place and its squares."""
     y, x = np.meshgrid(np.linspace(-1, 1, ROWS), np.linspace(-1, 1, COLUMNS), indexing="ij")
     return np.stack([np.ones_like(x), x, y, x * y, x * x, y * y], axis=-1).reshape(-1, 6)

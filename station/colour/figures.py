@@ -1,7 +1,4 @@
-"""Quality figures of a picture of a chart.
-
-With the levels of the guidelines that each meets.
-"""
+"""Quality figures of a picture of a chart, with the guidelines' levels that each meets."""
 
 from __future__ import annotations
 
@@ -31,12 +28,11 @@ def _limits(names: tuple[str, ...], *limits: float) -> Limits:
 
 @dataclass(frozen=True)
 class Criterion:
-    """Figure, and its limit for each level, the strictest first.
+    """Figure and its limits, strictest first: at most that, or at least where `least`.
 
-    At most that (at least, where `least`). Limits of FADGI 2023 (bound volumes: general collections) and ISO
-    19264-1:2021 as compared in "Tabela porównawcza: FADGI/ISO/Metamorfoze", skandalski.pl; the tables of both
-    themselves were not available. 36 CFR 1236.50 (b) and (d), which goes by FADGI's three stars, asks for 300 ppi as
-    well.
+    Limits of FADGI 2023 (bound volumes: general collections) and ISO 19264-1:2021 as compared in "Tabela porównawcza:
+    FADGI/ISO/Metamorfoze", skandalski.pl; the tables of both themselves were not available. 36 CFR 1236.50 (b) and (d),
+    which goes by FADGI's three stars, asks for 300 ppi as well.
     """
 
     name: str
@@ -63,10 +59,10 @@ CRITERIA = (
 
 
 def quality_figures(fit: ColourFit, *, ppi: float | None = None) -> list[dict[str, Any]]:
-    """Return every figure that was measured with the levels it meets.
+    """Return every measured figure with the levels it meets, None where a level is not met.
 
-    None for a level that is not met. Colour, tone and white balance are those of patches that had no part in the fit.
-    In uneven light no figure meets any level: what a camera does in even light was not seen.
+    Colour, tone and white balance are those of patches that had no part in the fit. In uneven light no figure meets any
+    level: what a camera does in even light was not seen.
     ppi: pixels per inch of the target, where known.
     """
     colour, greys = difference(fit.left_out, fit.reference), (fit.left_out - fit.reference)[GREYS]
@@ -94,9 +90,6 @@ def _figure(criterion: Criterion, value: float, *, even: bool) -> dict[str, Any]
 
 
 def mean_differences(fit: ColourFit) -> dict[str, float]:
-    """Return mean CIEDE2000 over the chart.
-
-    With the codes as sRGB, by the profile, and on held-out patches of it.
-    """
+    """Return mean CIEDE2000 over the chart: as sRGB, by the profile, on held-out patches."""
     codings = {"as sRGB": fit.uncorrected, "by the profile": fit.corrected, "on held-out patches": fit.left_out}
     return {how: round(float(difference(lab, fit.reference).mean()), 3) for how, lab in codings.items()}

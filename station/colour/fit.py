@@ -58,10 +58,10 @@ class ColourFit:
 
 
 def fit_colours(chart: Chart) -> ColourFit:
-    """Find the exponent and the matrix that bring patches nearest the chart.
+    """Find the exponent and the matrix that bring patches nearest the chart, by CIEDE2000.
 
-    By CIEDE2000. Where light falls unevenly on the chart, it is removed from the patches first. Raises BadInput when
-    the patches are not of a chart.
+    Where light falls unevenly on the chart, it is removed from the patches first. Raises BadInput when the patches are
+    not of a chart.
     """
     lamp, reference = EVEN, _matrix(chart.codes, SRGB_CURVE[0])[1]
     exponent = _exponent(chart.codes, lamp.light, reference)
@@ -85,10 +85,7 @@ def fit_colours(chart: Chart) -> ColourFit:
 def _exponent(
     codes: Floats, light: Floats, reference: Floats, around: float | None = None, weights: Floats | None = None
 ) -> float:
-    """Return the exponent of least mean difference of patches (24, 3).
-
-    Under light (24,), sought near another one if given.
-    """
+    """Return the exponent of least mean difference of patches (24, 3) under light (24,)."""
     least, most = EXPONENTS if around is None else (max(around - NEAR, EXPONENTS[0]), min(around + NEAR, EXPONENTS[1]))
     optimum = minimize_scalar(
         lambda exponent: _mean_difference(codes, exponent, light, reference, weights),

@@ -1,7 +1,4 @@
-"""Faults of a request.
-
-A key that the page translates, an HTTP status, a sentence, what to do now, the facts.
-"""
+"""Faults of a request: a key, an HTTP status, a sentence, what to do now, the facts."""
 
 from __future__ import annotations
 
@@ -119,10 +116,7 @@ def problem_of(error: BaseException) -> dict[str, Any]:
 
 
 def kinds_of(error: BaseException) -> list[str]:
-    """Return what kind of error it is, the narrowest first.
-
-    A message of the panel, a code of the system, its classes.
-    """
+    """Return kinds of an error, narrowest first: panel message, system code, classes."""
     narrow = []
     if isinstance(error, PanelError):
         narrow = ["panel_" + re.sub(r"[^a-z0-9]+", "_", error.panel.lower()).strip("_")]

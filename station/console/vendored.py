@@ -70,10 +70,7 @@ def is_current(page: Path) -> bool:
 
 
 def digest(page: Path) -> str:
-    """Return the checksum of the locked packages, as hexadecimal digits.
-
-    Of their list and their versions.
-    """
+    """Return the checksum of the locked packages and their list, in hexadecimal digits."""
     return hashlib.sha256((page / MANIFEST).read_bytes() + (page / LOCK).read_bytes()).hexdigest()
 
 

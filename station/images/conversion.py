@@ -25,10 +25,10 @@ def convert_to_srgb(page: RestoredPage, profile: bytes) -> RestoredPage:
 
 
 def image_to_srgb(image: Bytes, profile: bytes) -> tuple[Bytes, str]:
-    """Convert an image from an ICC profile to sRGB.
+    """Convert an image from an ICC profile to sRGB, by relative colorimetry.
 
-    By relative colorimetry. The profile of a chart maps the chart's greys to neutral: the colour of the lamp that the
-    chart was captured in, and the level of its light, are removed.
+    The profile of a chart maps the chart's greys to neutral: the colour of the lamp that the chart was captured in, and
+    the level of its light, are removed.
     image: (h, w, 3) uint8.
     Returns the image and the profile's name. Raises BadInput for a profile that cannot be used.
     """

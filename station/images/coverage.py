@@ -1,7 +1,4 @@
-"""Coverage of the page as a palette PNG.
-
-Exact values of `CoverageClass`, one colour for each.
-"""
+"""Coverage of the page as a palette PNG: exact values of `CoverageClass`, in colours."""
 
 from __future__ import annotations
 

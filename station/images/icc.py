@@ -34,9 +34,8 @@ Curve = tuple[float, float, float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class MatrixProfile:
-    """Colours as codes 0 to 1.
+    """Colours as codes 0 to 1, through curves, then the matrix (3, 3) to XYZ under D50.
 
-    Each through its curve, then the matrix (3, 3) to XYZ under D50.
     kind: "mntr" for the colours of a screen, "scnr" for those of a scanner or camera.
     curves: red, green, blue.
     """
@@ -48,10 +47,7 @@ class MatrixProfile:
 
 
 def adaptation(white: Floats) -> Floats:
-    """Return the matrix (3, 3) from XYZ under a white (3,) to D50.
-
-    By Bradford.
-    """
+    """Return the matrix (3, 3) from XYZ under a white (3,) to D50, by Bradford."""
     gain = np.diag((BRADFORD @ D50) / (BRADFORD @ white))
     return np.asarray(np.linalg.inv(BRADFORD) @ gain @ BRADFORD)
 

@@ -1,7 +1,4 @@
-"""Metadata of picture files.
-
-Colour profile, device, lens, time, software (ICC, EXIF and XMP).
-"""
+"""Metadata of images in ICC, EXIF and XMP: profile, device, lens, time, software."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Scan that has arrived.
-
-Its files, copied to where nothing changes them, and the digest of the copy.
-"""
+"""Scan that has arrived: a copy of its files that nothing changes, and its digest."""
 
 from __future__ import annotations
 

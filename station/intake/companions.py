@@ -98,9 +98,8 @@ class Pairing:
         return Companions(found, missing=None in named.values() or not complete)
 
     def _named(self, source: Path, seen: set[Path]) -> Iterator[tuple[str, Path | None]]:
-        """Yield the names in a file and in the material files that it names.
+        """Yield names and paths in a file and its material files, None for missing files.
 
-        Each with its path, None where the file does not exist.
         seen: files that were read already; a material file may name itself, or the one that names it.
         """
         for name in self._content(source).names:

@@ -57,10 +57,7 @@ class Kept:
             (out / f"{NAME}.part").replace(out / NAME)
 
     def content(self, name: str, stamp: Stamp) -> tuple[tuple[str, ...], bool] | None:
-        """Return the names in a file, and whether it has its colours inside.
-
-        None where it has changed.
-        """
+        """Return the names in a file, and whether it has colours inside, None once changed."""
         known, coloured, *names = str(self.contents.get(name, "")).split("\n") + [""]
         return (tuple(names[:-1]), coloured == "1") if known == _text(stamp) else None
 

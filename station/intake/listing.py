@@ -1,8 +1,7 @@
-"""The content of the watched folder.
+"""The content of the watched folder: sizes, times, and how long each is unchanged.
 
-Files with their sizes and times, and since when each has not changed. The folder is listed again and again instead of
-waiting for the kernel's events (inotify): those do not come for what another computer writes to a network share, and a
-network share is where a vendor's program on Windows puts its files.
+The folder is listed again and again instead of waiting for the kernel's events (inotify): those do not come for what
+another computer writes to a network share, and a network share is where a vendor's program on Windows puts its files.
 """
 
 from __future__ import annotations
@@ -20,9 +19,9 @@ MAX_DEPTH = 16  # of sub-folders; more is a circle of mounts
 
 
 class Stamp(NamedTuple):
-    """What changes with the content of a file.
+    """What changes with the content of a file: size in bytes, modification time in ns.
 
-    Size in bytes, modification time in ns. Not the inode: some network shares make up another one each time.
+    Not the inode: some network shares make up another one each time.
     """
 
     size: int

@@ -28,10 +28,7 @@ Now = Callable[[], datetime]
 
 
 def is_range_image(source: Path) -> bool:
-    """Return whether a scan is of a kind that is always in millimetres.
-
-    A scan folder or an `.abs` file.
-    """
+    """Return whether a scan is always in millimetres: a scan folder or an `.abs` file."""
     return source.is_dir() or source.name.lower().endswith(RANGE_IMAGES)
 
 

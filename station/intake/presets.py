@@ -66,10 +66,9 @@ class Presets:
         self._listing = listing
 
     def options(self, sub: Path) -> RunOptions:
-        """Return the options of a sub-folder.
+        """Return a sub-folder's options: presets from the watched folder down, over the base.
 
-        Those of the presets from the watched folder down to it, over the base. Raises UsageError that names the file
-        and the key.
+        Raises UsageError that names the file and the key.
         """
         options = self._base
         for place in reversed([sub, *sub.parents]):

@@ -95,9 +95,9 @@ def set_aside(out: Path, arrival: Arrival, digest: str, reasons: Sequence[str], 
 
 
 def forget_failure(out: Path, arrival: Arrival) -> None:
-    """Remove the note of a failure.
+    """Remove the note of a failure for a scan that could be restored in the end.
 
-    For a scan that could be restored in the end. Raises OSError.
+    Raises OSError.
     """
     note = note_of(out, arrival)
     note.unlink(missing_ok=True)

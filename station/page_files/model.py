@@ -1,8 +1,7 @@
-"""The page as a model that a browser can draw.
+"""The page as a model for browsers: surface, flat positions and strain in 32 bits.
 
-Its surface, its flat positions and its strain, as arrays of 32 bits. "PLM1", the length of the header (4 bytes), the
-header in JSON, then the arrays, all little endian, each at a multiple of four bytes after the header. The header names
-each array with its type, its shape and its place.
+"PLM1", the length of the header (4 bytes), the header in JSON, then the arrays, all little endian, each at a multiple
+of four bytes after the header. The header names each array with its type, its shape and its place.
 """
 
 from __future__ import annotations
@@ -32,10 +31,7 @@ Arrays = Mapping[str, NDArray[Any]]
 
 
 class StoredArray(BaseModel):
-    """Where an array is in the block.
-
-    Its type, its shape, its first byte after the header.
-    """
+    """Where an array is in the block: its type, its shape, its first byte after the header."""
 
     model_config = ConfigDict(strict=True)
     type: Literal["float32", "uint32"]

@@ -60,9 +60,9 @@ def encode_pdf(image: Bytes, dpi: float, words: Words, *, title: str, profile: b
 
 
 def draw_picture(width: float, height: float) -> str:
-    """Return the operators that draw the picture `Page` on all of a page.
+    """Return the operators that draw the picture `Page` on all of a page, as an artifact.
 
-    As an artifact. The size is in points.
+    The size is in points.
     """
     return f"/Artifact BMC\nq {width:.4f} 0 0 {height:.4f} 0 0 cm /Page Do Q\nEMC\n"
 

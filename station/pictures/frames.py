@@ -33,10 +33,7 @@ class Frame(NamedTuple):
 
 
 class Recorder:
-    """Callback of the flattening that keeps evenly spaced steps.
-
-    And the last one, in bounded memory.
-    """
+    """Callback of the flattening that keeps evenly spaced steps and the last, bounded."""
 
     def __init__(self) -> None:
         self._kept: list[Frame] = []

@@ -26,9 +26,9 @@ UNSIGNED = np.array([[244, 244, 242], [214, 180, 214], [160, 96, 168], [92, 28, 
 
 
 def strain_picture(page: RestoredPage) -> Bytes:
-    """Draw stretch and shear of every face over the page.
+    """Draw stretch and shear of every face over the page, each with a scale and numbers.
 
-    Each with a scale and numbers. Returns (h, w, 3) uint8 RGB.
+    Returns (h, w, 3) uint8 RGB.
     """
     stretch, shear = page.fine.face_strain.T
     ends = [round_up(float(np.percentile(np.abs(values), SHOWN))) for values in (stretch, shear)]

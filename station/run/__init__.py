@@ -1,4 +1,1 @@
-"""One restoration as a run.
-
-Its inputs, the checks around it, the files that it leaves.
-"""
+"""One restoration as a run: its inputs, the checks around it, the files that it leaves."""

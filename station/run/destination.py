@@ -44,10 +44,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class SourceRecord:
-    """Steps before the restoration.
-
-    Their fields of the report, seconds of each stage, findings.
-    """
+    """Steps before the restoration: fields of the report, seconds per stage, findings."""
 
     report_fields: Mapping[str, Any]
     seconds: Mapping[str, float]

@@ -24,10 +24,7 @@ ENDINGS = (".txt", "-alto.xml", ".hocr", ".pdf")
 
 @dataclass(frozen=True)
 class PageRead:
-    """Page, its output files, the number of recognised words, findings.
-
-    And precision with a transcript.
-    """
+    """Page, its files, number of recognised words, findings, precision with a transcript."""
 
     page: Path
     files: tuple[Path, ...]
@@ -88,10 +85,7 @@ def _read(page: Path, paths: list[Path], printed: str | None, *, language: str, 
 
 
 def as_data(read: PageRead) -> dict[str, Any]:
-    """Return the result of recognition as JSON values.
-
-    `correct` and `total` only with a ground truth.
-    """
+    """Return recognition as JSON values, `correct` and `total` only with a ground truth."""
     compared = {"words": read.words, "characters": read.characters}
     return {
         "page": str(read.page),

@@ -286,10 +286,7 @@ def restore_scan(
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
-    """Restore the sheets of a scan and write them.
-
-    With the photographs that they are textured from.
-    """
+    """Restore the sheets of a scan, textured from photographs if any, and write them."""
     start = clock()
     if options.layout == Layout.SINGLE and options.edits is None:
         sheets = select_sheets(scan, options.sheets, both_leaves=options.both_leaves)
@@ -338,10 +335,7 @@ def restore_scan(
 
 
 def _name_of(sheet: Selected) -> dict[str, Any]:
-    """Return the report's name of a sheet that is not a page.
-
-    Its number, or the side of the gutter that it is on.
-    """
+    """Return the report's name of a sheet that is not a page: number, or side of the gutter."""
     fields = sheet.report_fields
     return dict(fields["sheet"]) if "sheet" in fields else {"part": fields["part"]}
 

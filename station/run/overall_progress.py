@@ -14,10 +14,7 @@ A_VIEW_PAINTED = {"register": 0.0, "texture": 0.5}
 
 
 def expected_of_photographs(views: int) -> dict[str, float]:
-    """Return the relative time of each stage of `planish photos`.
-
-    In its order, for that many photographs.
-    """
+    """Return the relative time of each stage of `planish photos`, in order."""
     pairs = views * (views - 1) / 2
     before = {"features": views * A_VIEW["features"], **{stage: pairs * each for stage, each in A_PAIR.items()}}
     surface = {stage: views * A_VIEW[stage] for stage in ("surface", "edge")}

@@ -92,10 +92,7 @@ def _refuse_unreported(files: Sequence[Path], reported: frozenset[str]) -> None:
 
 
 def _reported_files(report: Path) -> frozenset[str]:
-    """Return the files that the report of an earlier run lists.
-
-    Empty without a readable report.
-    """
+    """Return the files that an earlier run's report lists, empty without a readable one."""
     files = _read_report(report).get("files")
     return frozenset(str(name) for name in files) if isinstance(files, list) else frozenset()
 

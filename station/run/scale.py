@@ -24,10 +24,7 @@ OTHER_SHAPE = 0.01  # of the ratio of the sides: a page is measured better than 
 
 @dataclass(frozen=True)
 class Scale:
-    """Where the scale of photographs comes from.
-
-    The card, the size of the page in mm, or neither.
-    """
+    """Where the scale of photographs comes from: card, size of the page in mm, or neither."""
 
     card: bool = True
     page_mm: tuple[float, float] | None = None
@@ -75,9 +72,9 @@ def scaled_to(scan: RangeScan | SurfaceMesh, page_mm: tuple[float, float], piece
 
 
 def factor_to(page: SurfaceMesh | RangeScan, wanted: tuple[float, float]) -> float:
-    """Return the factor that makes a page width × height mm.
+    """Return the factor that makes a page width × height mm in either orientation.
 
-    In either orientation. Raises BadInput when its sides have another ratio.
+    Raises BadInput when its sides have another ratio.
     """
     width, height = restore(page, MEASURED).report["page_mm"]
     ratio, known = max(width, height) / min(width, height), max(wanted) / min(wanted)

@@ -38,10 +38,7 @@ NO_AXIS = "find it with `planish axis`, and put the table [turntable.axis] that 
 
 @dataclass(frozen=True, eq=False)
 class Views:
-    """Captured views.
-
-    Scans, the folders that they are stored in, and the turntable's angle of each, degrees.
-    """
+    """Captured views: scans, their stored folders, and turntable angles, degrees."""
 
     scans: Sequence[RangeScan]
     folders: Sequence[Path]
@@ -108,10 +105,10 @@ def merge_files(
 def find_axis(
     config: StationConfig, destination: Destination, *, turns: int, progress: Progress = silent
 ) -> tuple[str, Path]:
-    """Find the axis of the turntable, and write it to `axis.toml`.
+    """Find the turntable's axis from views of a marker board, and write `axis.toml`.
 
-    From views of a board with markers. Returns it as a table of the configuration, and the path. Raises as
-    `scan_views`, and BadInput when the board cannot be found or the turntable did not reach the commanded angles.
+    Returns it as a table of the configuration, and the path. Raises as `scan_views`, and BadInput when the board cannot
+    be found or the turntable did not reach the commanded angles.
     """
     path = destination.folder / AXIS_FILE
     recover(destination.folder)

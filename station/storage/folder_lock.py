@@ -1,7 +1,4 @@
-"""Exclusive use of an output folder.
-
-A lock that ends with its process, and a hidden staging folder.
-"""
+"""Exclusive use of an output folder: a lock of its process, and a hidden staging folder."""
 
 from __future__ import annotations
 

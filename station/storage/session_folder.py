@@ -29,9 +29,9 @@ def is_session(folder: Path) -> bool:
 
 
 def session_around(path: Path) -> Path | None:
-    """Return the folder of the session that a path is or is in, or None.
+    """Return the folder of the session that a path is or is in, also by a link, or None.
 
-    Also by a link. The path need not exist.
+    The path need not exist.
     """
     real = Path(os.path.realpath(path))
     return next((folder for folder in (real, *real.parents) if is_session(folder)), None)

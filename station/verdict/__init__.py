@@ -1,6 +1,4 @@
-"""The verdict on a capture.
-
-Measures of the scan and its page, compared with the limits of a preset.
+"""The verdict on a capture: measures of scan and page against limits of a preset.
 
 measures   numbers from the scan, the page and its coverage
 same_page  how alike the print of two pages is

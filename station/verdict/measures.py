@@ -32,10 +32,7 @@ Measures = dict[str, Any]
 
 
 def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
-    """Return the measures of a page and of its scan.
-
-    None for one that the scan does not allow.
-    """
+    """Return the measures of a page and its scan, None for those the scan does not allow."""
     coverage, texture, report = page.coverage, scan.texture, page.report
     inside = np.ones(coverage.shape, bool)
     for kind in (CoverageClass.OUTSIDE, CoverageClass.FACING, CoverageClass.ERASED):
@@ -99,9 +96,8 @@ def depth_window_fraction(scan: RangeScan) -> float | None:
 
 
 def seen_in(page_map: NDArray[np.float32], size: tuple[int, int]) -> Mask:
-    """Return the texture pixels (h, w) that a page map shows.
+    """Return the texture pixels (h, w) that a page map shows, with those between them.
 
-    With those between them.
     page_map: (h', w', 2).
     """
     x, y = (np.rint(axis[np.isfinite(axis)]).astype(np.int32) for axis in cv2.split(page_map))

@@ -1,10 +1,9 @@
-"""Precision of recognised text.
+"""Precision of recognised text: words and characters against the transcript of the page.
 
-Words and characters against the transcript of the page. The paper's Table 1 gives word and character precision without
-a definition. Here the recognised text is aligned with the transcript, in order, by the fewest insertions, deletions and
-substitutions (Levenshtein): each is an error. Precision is 1 minus errors over the length of the longer of the two, so
-that neither missing nor surplus words can raise it. Case and punctuation count; white space is one space wherever it
-stands.
+The paper's Table 1 gives word and character precision without a definition. Here the recognised text is aligned with
+the transcript, in order, by the fewest insertions, deletions and substitutions (Levenshtein): each is an error.
+Precision is 1 minus errors over the length of the longer of the two, so that neither missing nor surplus words can
+raise it. Case and punctuation count; white space is one space wherever it stands.
 """
 
 from __future__ import annotations
@@ -29,10 +28,7 @@ class MatchCount:
 
     @property
     def precision(self) -> float:
-        """Return the fraction of correct items, 0 to 1.
-
-        1 for a blank page with an empty result.
-        """
+        """Return the fraction of correct items, 0 to 1, 1 for a blank page with an empty result."""
         return self.correct / self.total if self.total else 1.0
 
     def __add__(self, other: MatchCount) -> MatchCount:

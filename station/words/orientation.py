@@ -33,10 +33,7 @@ CLEARLY = 1.5  # times the confidence of any other direction: 96 of 100 against 
 
 
 class Upright(NamedTuple):
-    """How a page becomes upright.
-
-    Mirrored first, if it is a mirror image, then rotated clockwise by right angles.
-    """
+    """How a page becomes upright: mirrored if needed, then rotated by right angles."""
 
     degrees: int
     mirrored: bool = False
@@ -73,10 +70,7 @@ def upright_turn(image: Bytes, dpi: float, *, which: Which = shutil.which, langu
 
 
 def _detected(tesseract: Path, image: Bytes, dpi: float) -> int | None:
-    """Return the rotation that Tesseract's detection of orientation gives.
-
-    None where its margin is small.
-    """
+    """Return the rotation that Tesseract detects, None where its margin is small."""
     try:
         answer = _run(tesseract, image, dpi, "--psm", "0")
     except StationError:  # too few characters, or no data for the detection
@@ -89,10 +83,7 @@ def _detected(tesseract: Path, image: Bytes, dpi: float) -> int | None:
 
 
 def _by_reading(tesseract: Path, image: Bytes, dpi: float, language: str) -> Upright | None:
-    """Return the direction that is read with far more confidence.
-
-    By reading a part of the page in all directions.
-    """
+    """Return the direction in which a part of the page is read with far more confidence."""
     part = densest_part(image, dpi)
     if part is None:
         return None
@@ -108,10 +99,7 @@ def _by_reading(tesseract: Path, image: Bytes, dpi: float, language: str) -> Upr
 
 
 def densest_part(image: Bytes, dpi: float) -> Bytes | None:
-    """Return the part of a page (h, w, 3) that has most letters, or None.
-
-    PART_INCHES wide and high.
-    """
+    """Return the part of a page (h, w, 3), PART_INCHES wide, that has most letters, or None."""
     centres = letters_of(image, dpi).centres
     if len(centres) < MIN_LETTERS:
         return None

@@ -1,7 +1,4 @@
-"""Recognised lines and words of an hOCR file.
-
-With their encoding as invisible text of a PDF.
-"""
+"""Recognised lines and words of an hOCR file, and their invisible text in a PDF."""
 
 from __future__ import annotations
 
@@ -111,10 +108,7 @@ def _runs(line: Line, height: float) -> Iterator[str]:
 
 
 def _run(text: str, left: float, right: float, y: float, size: float) -> str:
-    """Return one run of text from left to right.
-
-    In the glyphs of a font with codes of UTF-16.
-    """
+    """Return one run of text from left to right in the glyphs of a font with codes of UTF-16."""
     codes = text.encode("utf-16-be")
     stretch = 100 * (right - left) / (len(codes) / 2 * GLYPH_WIDTH * size)
     return f"{stretch:.3f} Tz 1 0 0 1 {left:.3f} {y:.3f} Tm <{codes.hex().upper()}> Tj"

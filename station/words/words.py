@@ -1,7 +1,4 @@
-"""Text recognition by Tesseract.
-
-Text, ALTO, hOCR, and an invisible text layer for a PDF.
-"""
+"""Text recognition by Tesseract: text, ALTO, hOCR, and an invisible text layer for a PDF."""
 
 from __future__ import annotations
 
@@ -197,10 +194,7 @@ def _read(tesseract: Path, image: Bytes, dpi: float, data: str) -> tuple[list[by
 
 
 def mean_confidence(hocr: bytes) -> float:
-    """Return Tesseract's mean confidence in the words of a page, 0 to 100.
-
-    0 for a page without words.
-    """
+    """Return Tesseract's mean confidence in a page's words, 0 to 100, 0 without words."""
     found = [float(value) for value in re.findall(rb"x_wconf (\d+)", hocr)]
     return float(np.mean(found)) if found else 0.0
 
@@ -215,10 +209,10 @@ def sharpened(image: Bytes) -> Bytes:
 
 
 def x_height_px(image: Bytes, dpi: float) -> float | None:
-    """Return the height of a page's small letters in pixels, or None.
+    """Return the height of small letters, pixels, in a page's smaller type, or None.
 
-    In its smaller type. Most letters have the height of an x; the lower quartile of the heights of what may be letters
-    is that of the type that most small words are set in.
+    Most letters have the height of an x; the lower quartile of the heights of what may be letters is that of the type
+    that most small words are set in.
     image: (h, w, 3) uint8.
     """
     heights = letters_of(image, dpi).heights
@@ -249,19 +243,13 @@ def letters_of(image: Bytes, dpi: float) -> Letters:
 
 
 def _ink(image: Bytes) -> Bytes:
-    """Return 1 where a page (h, w, 3) uint8 is dark, 0 elsewhere, (h, w).
-
-    Otsu's threshold.
-    """
+    """Return 1 where a page (h, w, 3) uint8 is dark by Otsu's threshold, else 0, (h, w)."""
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     return np.asarray(cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY_INV + cv2.THRESH_OTSU)[1])
 
 
 def _gutters(image: Bytes, dpi: float) -> list[Gutter]:
-    """Return the gutters between columns of a page (h, w, 3) uint8.
-
-    Empty where the size of its type is not known.
-    """
+    """Return the gutters between a page's (h, w, 3) uint8 columns, empty without type size."""
     height = x_height_px(image, dpi)
     return find_gutters(_ink(image), height) if height else []
 

@@ -62,9 +62,9 @@ def _answer_calls(connection: int, lifeline: int) -> int:
 
 
 def answer(call: tuple[Any, tuple[Any, ...]]) -> tuple[str, Any]:
-    """Return the value of a function called with arguments, or its fault.
+    """Return the value of a function called, or its fault: `value`, `memory` or `fault`.
 
-    As `value`, `memory` or `fault`. A full memory is distinguished: it is the process that has too little.
+    A full memory is distinguished: it is the process that has too little.
     """
     function, arguments = call
     try:

@@ -158,10 +158,9 @@ class Cluster:
 
 
 def run_on_worker(work: Work[Result], task: Any, limits: Limits, is_last: bool) -> Result:
-    """Return the value of work(task, causes) on a worker of a cluster.
+    """Return the value of work(task, causes) in a separate process of a cluster's worker.
 
-    In a separate process there. Without a limit of memory each of the worker's threads has an equal part of the memory
-    that the worker was given.
+    Without a limit of memory each of the worker's threads has an equal part of the memory that the worker was given.
     is_last: whether no other worker has more memory.
     Raises ShortOfMemory otherwise.
     """

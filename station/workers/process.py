@@ -226,10 +226,7 @@ class Isolation:
                     raise
 
     def interrupt(self) -> None:
-        """End all processes.
-
-        Calls that are under way raise Interrupted, as does every later one.
-        """
+        """End all processes: calls that are under way raise Interrupted, as does every later one."""
         with self._lock:
             self._closed = True
         for process in self._processes.values():

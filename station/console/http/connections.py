@@ -87,9 +87,9 @@ class Connections:
             self._phases[phase][connection] = None
 
     def _close_silent(self) -> bool:
-        """Close the connection that has been silent longest.
+        """Close the connection that has been silent longest, else the one idle longest.
 
-        Else the one idle longest. Returns False when all are busy.
+        Returns False when all are busy.
         """
         found = next(chain(self._phases[Phase.SILENT], self._phases[Phase.IDLE]), None)
         if found is None:

@@ -222,10 +222,7 @@ class _Replay:
 
 
 def _check_head(scope: MutableMapping[str, Any], headers: _Headers) -> None:
-    """Refuse what servers read in different ways.
-
-    Two lengths (RFC 9112, 6.3), long or coded targets.
-    """
+    """Refuse heads that servers read differently: two lengths (RFC 9112, 6.3), odd targets."""
     if headers.size > MAX_HEAD_BYTES:
         raise ConsoleFault("header", "the head is too large", status=431)
     coded = headers.only(b"transfer-encoding")
@@ -246,10 +243,7 @@ def _too_large() -> ConsoleFault:
 
 
 def _with_headers(send: Send, *, is_api: bool) -> Send:
-    """Return the same `send`, with the headers that every answer has.
-
-    And a limit on the time that a client takes.
-    """
+    """Return `send` with the headers of every answer and a limit on a client's time."""
 
     async def answer(message: Message) -> None:
         if message["type"] == "http.response.start":

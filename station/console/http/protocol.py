@@ -1,7 +1,4 @@
-"""Connections of the web interface: uvicorn's HTTP/1 with limits.
-
-On the time and the size of a request's head.
-"""
+"""Connections: uvicorn's HTTP/1 with limits on time and size of a request's head."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Layers of a page as pictures.
-
-The page, its master, its coverage, the scanner's picture.
-"""
+"""Layers of a page as pictures: the page, its master, its coverage, the scanner's picture."""
 
 from __future__ import annotations
 
@@ -85,10 +82,7 @@ def prefix_of(part: str, count: int) -> str:
 
 
 def models_of(restored: Event | None, capture: Event | None) -> list[str]:
-    """Return the models that a page has.
-
-    `steps` only where the method of flattening moves the sheet through space.
-    """
+    """Return a page's models, `steps` only where the method moves the sheet through space."""
     found = [] if capture is None else ["scan"]
     if restored is None or not any(name.endswith(ENDINGS["strain"]) for name in restored.files):
         return found
@@ -137,9 +131,9 @@ def _stored_set(session: Session, event: Event) -> Path:
 
 
 def read_layer(session: Session, event: Event, layer: str) -> Bytes:
-    """Return a layer as a picture (h, w, 3) uint8.
+    """Return a layer as a picture (h, w, 3) uint8, or, with transparency, (h, w, 4).
 
-    Or, with transparency, (h, w, 4). Raises ConsoleFault, BadInput, OSError.
+    Raises ConsoleFault, BadInput, OSError.
     """
     if layer == ON_CAPTURE and event.kind == "capture" and event.captured.is_photographed:
         return first_picture(_stored_set(session, event)).image

@@ -25,19 +25,13 @@ def shown_leaves(session: Session) -> dict[str, Any]:
 
 
 def arrangement_tag(session: Session) -> int:
-    """Return the number of the last decision on order, runs and missing leaves.
-
-    0 for none.
-    """
+    """Return the number of the last decision on order, runs and missing leaves, 0 for none."""
     decisions = session.history.volume.decisions
     return max((decisions[name].number for name in (ORDER, LABELS, MISSING) if name in decisions), default=0)
 
 
 def _same_pages(leaves: Sequence[Leaf]) -> Mapping[str, set[str]]:
-    """Return leaf side → those found to be the same page.
-
-    Of those that are delivered.
-    """
+    """Return leaf side → those found to be the same page, of those that are delivered."""
     delivered, same = {leaf.name for leaf in leaves if not leaf.is_left_out}, defaultdict[str, set[str]](set)
     for leaf in leaves:
         others = {check.same_as for check in leaf.checks} & delivered

@@ -30,10 +30,7 @@ STEPS = {"steps.positions": "positions", "steps.step": "step", "steps.faces": "f
 
 
 def scan_model(session: Session, event: Event, *, faces: bool = True) -> bytes:
-    """Encode the measured points of a capture, with the scanner's picture.
-
-    Up to 307,200 points.
-    """
+    """Encode up to 307,200 measured points of a capture, with the scanner's picture."""
     scan = scan_of(session, event)
     facts: dict[str, Any] = {"kind": "scan", **_texture(event.number, scan.texture)}
     if not isinstance(scan, RangeScan):

@@ -23,9 +23,8 @@ COLOURS = 256  # between the ends of the scale
 
 
 class StrainPyramid(Pyramid):
-    """Stretch in blue and red over the pixels of the page.
+    """Stretch over the page, blue to red, (h, w, 4) uint8, transparent where unknown.
 
-    (h, w, 4) uint8, transparent where unknown.
     uv: (n, 2), positions on the picture of the page, 0 to 1, v upwards.
     faces: (m, 3).
     strain: (n,).

@@ -55,10 +55,7 @@ class Pyramid(ABC):
         """The pixels (h, w, 3 or 4) of a box of a level."""
 
     def whole(self) -> Bytes:
-        """Return the picture (h, w, 3 or 4) at its last level.
-
-        Or at the last one within MAX_WHOLE_PIXELS.
-        """
+        """Return the picture (h, w, 3 or 4) at its last level within MAX_WHOLE_PIXELS."""
         level = max(n for n, (width, height) in enumerate(self.sizes) if width * height <= MAX_WHOLE_PIXELS)
         return self.region(level, (0, 0, *self.sizes[level]))
 

@@ -39,10 +39,7 @@ def uncertainty_scale(session: Session, event: Event, prefix: str = "") -> dict[
 
 
 def draw_uncertainty(values: Floats) -> Bytes:
-    """Draw standard deviations (h, w) mm as a picture (h, w, 4).
-
-    Transparent where they are NaN.
-    """
+    """Draw standard deviations (h, w) mm as (h, w, 4), transparent where they are NaN."""
     known = np.isfinite(values)
     return coloured(np.where(known, values, 0.0) / end_of_scale(values), known, UNSIGNED)
 

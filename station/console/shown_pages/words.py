@@ -1,7 +1,4 @@
-"""Words of a page and where they stand, and a search over all pages.
-
-Over those whose words were read.
-"""
+"""Words of a page and their places, and a search over all pages with words."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""State of the web interface.
-
-The scanner, the open session, who acts, jobs, and what is kept in memory.
-"""
+"""State of the web interface: scanner, open session, control, jobs, kept pictures."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Sends browsers the state, changed rows, lines and jobs.
-
-The state at most ten times a second.
-"""
+"""Sends browsers the state, ten times a second at most, and changed rows, lines and jobs."""
 
 from __future__ import annotations
 

@@ -89,10 +89,7 @@ class EventStream:
         return subscription
 
     def _missed(self, since: str) -> list[bytes]:
-        """Return the events after one.
-
-        `reset` when they are not all kept, none for a stream that begins.
-        """
+        """Return events after one, `reset` if some are gone, none for a stream that begins."""
         boot, _, number = since.partition("-")
         if not since:
             return []

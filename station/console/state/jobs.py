@@ -1,7 +1,4 @@
-"""Jobs: long work in separate processes, one at a time.
-
-With their progress and their outcome.
-"""
+"""Jobs: long work in separate processes, one at a time, with progress and outcome."""
 
 from __future__ import annotations
 

@@ -111,10 +111,7 @@ class OpenSession:
         raise ConsoleFault("no_page", f"the session has no page {number}")
 
     def page_sizes(self) -> list[int]:
-        """Return the bytes of each of the latest restored pages.
-
-        Its scan and its derivatives.
-        """
+        """Return the bytes of each of the latest restored pages: its scan and its derivatives."""
         session, sizes = self.session, []
         for row in self.rows()[-MEASURED:]:
             if row["restore"] is not None:

@@ -1,7 +1,4 @@
-"""A preview with its aids.
-
-Histogram, clipping, sharpness, and where the depth window is.
-"""
+"""A preview with its aids: histogram, clipping, sharpness, and where the depth window is."""
 
 from __future__ import annotations
 

@@ -90,9 +90,9 @@ class ScannerOwner:
         self._show(busy=None, step=None, done=None, since=None)
 
     def connect(self) -> Future[None]:
-        """Open the scanner, unless it is open.
+        """Open the scanner, unless it is open: every opening switches its laser off.
 
-        Every opening switches its laser off. A fault is shown, not raised.
+        A fault is shown, not raised.
         """
         self.reserve("connect")
 

@@ -87,10 +87,10 @@ def entry_of(session: Session, opened: str | None) -> dict[str, Any]:
 
 
 def holder_of(folder: Path) -> str | None:
-    """Return the process that has a session, by number, user and computer.
+    """Return the process that has a session: number, user and computer, or None.
 
-    None when no process has it. The kernel's table of locks decides: to try the lock would for a moment keep others
-    from taking it. The text in a file without a lock was left by a killed process.
+    The kernel's table of locks decides: to try the lock would for a moment keep others from taking it. The text in a
+    file without a lock was left by a killed process.
     """
     path = folder / WORK / LOCK
     try:

@@ -1,7 +1,6 @@
-"""Settings with their ranges and units, next to those of the preset.
+"""Settings of capture, restoration and quality check, with ranges, units and presets.
 
-Of the capture, the restoration, the quality check. A change is one decision on the volume, so that undo takes it back,
-and so that it holds at the next opening.
+A change is one decision on the volume, so that undo takes it back, and so that it holds at the next opening.
 """
 
 from __future__ import annotations

@@ -45,10 +45,7 @@ def verify_task(root: Path, held: Path | None, name: str) -> Task:
 
 
 def _place(out: Path) -> str:
-    """Return where a job writes.
-
-    With a number when something of that name exists when its turn comes.
-    """
+    """Return where a job writes, with a number when something of that name exists."""
     refuse_session(out, "move the session to another name: this one is for exports and batches")
     return str(out)
 

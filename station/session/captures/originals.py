@@ -76,9 +76,8 @@ def add_originals(writer: Writer, paths: Sequence[Path], **reading: str) -> list
 
 
 def add_original(writer: Writer, path: Path, *, page: int | None = None, **reading: str) -> Event:
-    """Store a scan of others as a page, unchanged; return its event.
+    """Store a scan of others as a page, unchanged; return its event, with where it came from.
 
-    With where it came from.
     reading: unit, grid and depth as for `load_scan`; kept for the restoration.
     Raises BadInput for what cannot be read as a scan, OSError.
     """

@@ -1,7 +1,4 @@
-"""Photographs of one page as one capture.
-
-Stored as they are, restored as `planish photos` does.
-"""
+"""Photographs of one page as one capture, restored as `planish photos` does."""
 
 from __future__ import annotations
 

@@ -76,9 +76,8 @@ def resolved_edits(session: Session, page: Page) -> PageEdits:
 
 
 def effective_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> dict[str, Any] | None:
-    """Return what a page is corrected by, as JSON values.
+    """Return what corrects a page, as JSON values, None where nothing changes its image.
 
-    None where nothing changes its image.
     rules: of the session, where they are known. Two results that are equal give the same page.
     """
     edits = _added_up(session, page, rules)

@@ -92,9 +92,7 @@ def _whole(scan: Scan) -> RestoredPage:
 
 
 def register_pages(one: Bytes, two: Bytes) -> Floats | None:
-    """Return the rigid motion (2, 3) px from a flat page to another.
-
-    None where it is not known.
+    """Return the rigid motion (2, 3) px between two flat pages, None when not known.
 
     one, two: (h, w, 3) at DPI.
     """

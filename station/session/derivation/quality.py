@@ -1,7 +1,4 @@
-"""Records the verdict on a restored page.
-
-Compared with the other pages of its session.
-"""
+"""Records the verdict on a restored page, compared with other pages of its session."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""`reproduce`: derives every derivative again, and compares digests.
-
-From the originals of a session.
-"""
+"""`reproduce`: derives everything again from a session's originals; compares digests."""
 
 from __future__ import annotations
 
@@ -48,10 +45,10 @@ class Reproduced:
 
 
 def reproduce(session: Session, scratch: Path, *, derivers: Mapping[str, Derive] | None = None) -> Iterator[Reproduced]:
-    """Derive every run of a stage again, and compare.
+    """Derive every run of a stage again, and compare in the order of the session.
 
-    In the order of the session. Writes only below `scratch`. Raises BadInput for a stage that this program does not
-    know, what the stages raise, OSError.
+    Writes only below `scratch`. Raises BadInput for a stage that this program does not know, what the stages raise,
+    OSError.
     """
     for event in session.history.events:
         if event.kind == "stage":
@@ -64,10 +61,9 @@ def reproduce(session: Session, scratch: Path, *, derivers: Mapping[str, Derive]
 
 
 def derive(session: Session, event: Event, folder: Path, *, derivers: Mapping[str, Derive] | None = None) -> Run:
-    """Run the stage of an event again, into a new folder.
+    """Run the stage of an event again, into a new folder, with its parameters on its inputs.
 
-    With its parameters on its inputs. Raises BadInput for a stage that this program does not know, and what the stage
-    raises.
+    Raises BadInput for a stage that this program does not know, and what the stage raises.
     """
     known = DERIVERS if derivers is None else derivers
     if event.name not in known:

@@ -1,7 +1,4 @@
-"""Stages that derive something from a page's scan.
-
-The same bytes from the same input and parameters.
-"""
+"""Stages that derive from a page's scan: same input and parameters give same bytes."""
 
 from __future__ import annotations
 
@@ -75,10 +72,9 @@ class Run:
 
 
 def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, progress: Progress = silent) -> Run:
-    """Restore a stored scan into a new folder, and measure the page.
+    """Restore a stored scan into a new folder, and measure the page; for worker processes.
 
-    For worker processes, too. A scan that cannot be restored gives a result with `error` and no files. Raises OSError
-    when the disk refuses.
+    A scan that cannot be restored gives a result with `error` and no files. Raises OSError when the disk refuses.
     """
     options = RestoreParameters.model_validate(dict(parameters)).options()
     try:

@@ -1,7 +1,4 @@
-"""The files of a folder and their digests.
-
-`verify` compares them with what was recorded.
-"""
+"""The files of a folder and their digests, which `verify` compares with records."""
 
 from __future__ import annotations
 
@@ -14,9 +11,9 @@ from station.session.log.store import file_digest
 
 
 def tree_digests(folder: Path, *, without: str, workers: int | None = None) -> dict[str, str]:
-    """Map path to SHA-512 of every file, link and empty folder.
+    """Map path to SHA-512 of every file, link and empty folder, in alphabetical order.
 
-    Below a folder, in alphabetical order. What is not a regular file or cannot be read has a word in place of a digest.
+    What is not a regular file or cannot be read has a word in place of a digest.
     without: path of a file or folder that is left out.
     workers: threads; one for each processor by default.
     Raises OSError for a folder.

@@ -67,10 +67,7 @@ COMPLETED = "the next command that writes to the session completes it"
 
 @dataclass(frozen=True)
 class Inspection:
-    """A session as it is.
-
-    Its files' digests, what its events say, and the problems found.
-    """
+    """A session as it is: its files' digests, what its events say, and the problems found."""
 
     found: Mapping[str, str]
     reconciled: ReconciledEvents
@@ -159,10 +156,7 @@ def _is_derivable(
 
 
 def _broken_references(reconciled: ReconciledEvents) -> Iterator[Problem]:
-    """Yield events that refer to what is missing.
-
-    Inputs, scans, pointers, gaps in the numbers.
-    """
+    """Yield events with missing inputs, scans, pointers, or gaps in their numbers."""
     for name in reconciled.disputed:
         yield Problem("contradiction", page_of(f"{bag.PAYLOAD}/{name}/"), f"{bag.PAYLOAD}/{name}/{RECORD}", "")
     if reconciled.events and not reconciled.is_complete:

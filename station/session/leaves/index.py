@@ -246,10 +246,7 @@ def _write(database: sqlite3.Connection, session: Session) -> None:
 
 
 def _enter_or_report(database: sqlite3.Connection, folder: Path, problems: list[str]) -> None:
-    """Write the entries of the session in a folder.
-
-    Or add to `problems` why that is not possible.
-    """
+    """Write the entries of a folder's session, or add to `problems` why not."""
     try:
         _write(database, read_session(folder))
     except (BadInput, SessionDamaged) as error:
@@ -281,9 +278,8 @@ def _page_entry(session: str, page: CapturedPage, position: int) -> PageEntry:
 
 
 def _sessions_below(folders: Iterable[Path], problems: list[str]) -> Iterator[Path]:
-    """Yield every folder with a log of events, at or below these.
+    """Yield every folder with a log of events, at or below these, None within a session.
 
-    None within a session.
     problems: of unreadable folders.
     """
     for start in folders:

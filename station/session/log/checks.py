@@ -40,10 +40,7 @@ def check_facts(history: History) -> None:
 
 
 def _check_place(event: Event, history: History) -> None:
-    """Raise ValueError for a place that an event of its kind cannot have.
-
-    A slot, a page or a time.
-    """
+    """Raise ValueError for a slot, page or time that an event of its kind cannot have."""
     datetime.fromisoformat(event.time)
     if (event.kind == SESSION) != (event.number == 1):
         raise ValueError("a session begins with one event of its own, and has it once")

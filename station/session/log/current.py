@@ -14,10 +14,7 @@ def preset_of(session: Session) -> Preset:
 
 
 def about_of(history: History) -> About:
-    """Return the description of the volume of a session.
-
-    Empty without one, but for what the preset says.
-    """
+    """Return the description of a session's volume, empty but for what the preset says."""
     about = history.volume.decided.about
     of_preset = history.event(1).facts.get("direction")
     return about.model_copy(update={"direction": of_preset}) if of_preset and not about.direction else about

@@ -37,10 +37,7 @@ class EventDamaged(ValueError):
 
 @dataclass(frozen=True)
 class Input:
-    """Event that a stage read.
-
-    Its number, and the SHA-512 of its record, which lists those of its files.
-    """
+    """Event that a stage read: its number, and the SHA-512 of its record."""
 
     event: int
     sha512: str

@@ -153,10 +153,7 @@ class History:
         return page if isinstance(page, CapturedPage) else None
 
     def pages(self) -> Iterator[CapturedPage]:
-        """Yield the pages that have a scan, in the order of the volume.
-
-        By `position`, where one was decided, else number.
-        """
+        """Yield pages with a scan in the order of the volume: by `position`, else by number."""
         pages = (self.page(number) for number in self.pointers if number != VOLUME)
         captured = (page for page in pages if isinstance(page, CapturedPage))
         return iter(sorted(captured, key=lambda page: (page.order, page.number)))
@@ -233,10 +230,7 @@ def later(history: History, page: int, slot: str) -> Event | None:
 
 
 def _follow(event: Event, known: list[Event], slots: dict[str, int], done: list[int], undone: list[int]) -> None:
-    """Append one event to those known, and apply it.
-
-    To the slots of its page and to the stacks of undo and redo.
-    """
+    """Append an event, and apply it to its page's slots and the undo and redo stacks."""
     if event.number != len(known) + 1:
         raise ValueError(f"event {event.number} follows event {len(known)}")
     known.append(event)

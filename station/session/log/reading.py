@@ -115,10 +115,7 @@ def complete_is_possible(folder: Path) -> bool:
 
 
 def _check_interrupted(folder: Path, stored: Stored, before: Sequence[Event], tag_manifest: bytes) -> None:
-    """Raise SessionDamaged unless a writer was interrupted there.
-
-    In its last event, by the tag files.
-    """
+    """Raise SessionDamaged unless a writer was interrupted in its last event or tag files."""
     older = bag.growing_files(before)
     digests = {name: bag.sha512(data) for name, data in {**stored.files, **older}.items()}
     if not before or tag_manifest != bag.tag_manifest(digests):

@@ -226,10 +226,7 @@ class Writer:
             raise StationError(f"{self.session.folder} holds as many events as it can", "begin another session")
 
     def _put(self, event: Event, staged: Path) -> None:
-        """Move the folder of an event into the payload, then extend the lists.
-
-        Log, manifest and tag manifest, each flushed.
-        """
+        """Move an event's folder into the payload, then extend and flush log and manifests."""
         folder = self.session.folder
         payload = folder / bag.PAYLOAD
         staged.rename(payload / event.folder)
@@ -243,10 +240,7 @@ class Writer:
 
 
 def identity_of(folder: Path) -> tuple[int, int] | None:
-    """Return what the system knows a folder by, whatever its name.
-
-    None without the folder.
-    """
+    """Return what the system knows a folder by, whatever its name, None without the folder."""
     try:
         state = folder.stat()
     except OSError:
@@ -266,9 +260,9 @@ def _line_of(event: Event) -> bytes:
 
 
 def file_digests(folder: Path) -> dict[str, str]:
-    """Map path to SHA-512 of every file under a folder.
+    """Map path to SHA-512 of every file under a folder, in alphabetical order.
 
-    In alphabetical order. Raises BadInput, OSError.
+    Raises BadInput, OSError.
     """
     paths = sorted(path for path in folder.rglob("*") if path.is_file())
     names = [path.relative_to(folder).as_posix() for path in paths]
