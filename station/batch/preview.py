@@ -13,7 +13,7 @@ PICTURE_PX, QUALITY = 320, 80  # the longer side, and of JPEG: some 15 kB a page
 
 
 def preview(picture: Bytes, side: int = PICTURE_PX) -> str:
-    """Return a page (h, w, 3) as an element of HTML, its longer side of the given pixels at most."""
+    """Return a page (h, w, 3) as an element of HTML, its longer side within the given pixels."""
     image = Image.fromarray(picture)
     image.thumbnail((side, side))
     out = io.BytesIO()

@@ -84,7 +84,7 @@ def test_the_verdict_comes_before_the_figures() -> None:
 
 
 @pytest.mark.usefixtures("in_process")
-def test_a_page_of_a_folder_is_judged_by_the_measures_in_its_report(scans, tmp_path) -> None:
+def test_a_page_of_a_folder_is_checked_by_the_measures_in_its_report(scans, tmp_path) -> None:
     limits = Thresholds(smooth_strain_rms=(0.5, 0.9), sampling_ppi=(1000.0, 1.0), measured_fraction=(1.1, 0.1))
     run_batch([scans], tmp_path / "out", QUICK, local_workers(1, Limits()), lambda _: None, limits=limits)
     html = (tmp_path / "out" / REPORT).read_text()

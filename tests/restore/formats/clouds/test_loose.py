@@ -1,4 +1,4 @@
-"""Loose clouds become range images that end where the points end, whatever their density and noise."""
+"""Loose clouds become range images that end with the points, at any density and noise."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ CAMERA = np.array([1.0, -1.0, -1.0])
 
 
 def sheet(rng, count=60_000, noise=0.0, right=PAGE_MM[0]):
-    """Points (n, 3) and colours (n, 3) of a curled page, 700 mm before a scanner, and its places (n, 2)."""
+    """Points and colours (n, 3) of a curled page, 700 mm before a scanner; its places (n, 2)."""
     u, v = rng.uniform(0, right, count), rng.uniform(0, PAGE_MM[1], count)
     angle = (u - PAGE_MM[0] / 2) / 120.0
     points = np.column_stack([120.0 * np.sin(angle), PAGE_MM[1] / 2 - v, 120.0 * np.cos(angle) - 820.0])
@@ -50,7 +50,7 @@ def test_passes_that_overlap_and_steps_in_density():
     np.testing.assert_allclose(size, PAGE_MM, atol=SIZE_MM)
 
 
-def test_points_off_the_surface_are_no_part_of_it():
+def test_points_off_the_surface_are_not_a_part_of_it():
     rng = np.random.default_rng(2)
     points, colours = sheet(rng, noise=0.05)
     some = rng.choice(len(points), len(points) // 50, replace=False)

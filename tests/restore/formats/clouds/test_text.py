@@ -1,4 +1,4 @@
-"""Clouds of text: any order of columns, separators, decimal commas, names and counts in the first lines."""
+"""Clouds of text: any order of columns, separators, decimal commas, names, counts."""
 
 import numpy as np
 import pytest

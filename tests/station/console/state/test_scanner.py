@@ -1,4 +1,4 @@
-"""A scanner that is not a Vivid 900 in the console: what is known of it is shown, and nothing else."""
+"""A scanner that is not a Vivid 900 in the console: only what is known of it is shown."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_nothing_is_claimed_of_its_laser_lens_and_mode(browser):
     assert [shown[name] for name in ("laser", "lens", "mode", "distance_mm")] == [None] * 4
 
 
-def test_each_shot_that_waits_is_a_page_without_a_key_and_there_is_no_preview(browser):
+def test_each_shot_that_waits_is_a_page_without_a_key_or_a_preview(browser):
     client, scanner = browser
     assert client.post("/api/sessions/missale/open").status_code == 200
     scanner.waiting = 2
