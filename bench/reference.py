@@ -1,4 +1,4 @@
-"""`python -m bench.reference [--write-docs]`: the references of keys, quality measures, public API and commands."""
+"""`python -m bench.reference [--write-docs]`: the reference pages that follow from the code."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from oracles import command_reference, reference
 
 PAGES = {
     reference.PAGE: reference.reference,
+    reference.REPORT: reference.report,
     reference.QUALITY: reference.quality_measures,
     command_reference.PAGE: command_reference.command_reference,
 }

@@ -8,8 +8,10 @@ measures.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, Self
+
+from restore.report import FindingReport
 
 Severity = Literal["note", "warning", "doubt"]
 """note: done · warning: act on it · doubt: size or shape is not to be trusted."""
@@ -414,6 +416,6 @@ class Finding:
         recorded = report.get("findings", ())
         return tuple(map(cls.from_json, recorded)) if isinstance(recorded, list | tuple) else ()
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> FindingReport:
         """The finding as plain JSON values, as reports and stored scans hold it."""
-        return asdict(self)
+        return {"code": self.code, "severity": self.severity, "share": self.share, "text": self.text}

@@ -15,6 +15,7 @@ from restore.layout.leaves import Layout, Leaves, leaves_of
 from restore.page import RestoredPage
 from restore.photo import Photograph
 from restore.pipeline import Progress, restore
+from restore.report import Report
 from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
@@ -60,8 +61,8 @@ class RestoredLeaves:
         for part in self.found.parts:
             page = self.page(part, progress=progress)
             found = (*page.findings, *self.found.findings)
-            fields = {**self.found.fields(part), "findings": [one.as_json() for one in found]}
-            yield part, replace(page, report={**page.report, **fields}, findings=found)
+            report: Report = {**page.report, **self.found.fields(part), "findings": [one.as_json() for one in found]}
+            yield part, replace(page, report=report, findings=found)
 
 
 @checks_types

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from restore.page import FlatMesh, RestoredPage
+from restore.report import ChordStrainReport, Report
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats
 
@@ -36,10 +36,10 @@ def rotate_page(page: RestoredPage, degrees: int) -> RestoredPage:
     turned = page.changed_pictures(lambda _, image: np.rot90(image, -quarters))
     turned = turned.changed_meshes(lambda mesh: replace(mesh, flat=_clockwise(mesh.flat, quarters)))
     report = _with_place_moved(page.report, lambda place: _clockwise(place, quarters))
-    report["page_mm"] = list(report["page_mm"])[:: -1 if quarters % 2 else 1]
     in_all = (report.pop("rotation_deg", 0) + 90 * quarters) % 360
+    report = {**report, "page_mm": list(report["page_mm"])[:: -1 if quarters % 2 else 1]}
+    report = {**report, "rotation_deg": in_all} if in_all else report
     left, top, right, bottom = np.roll(page.trimmed, quarters).tolist()
-    report |= {"rotation_deg": in_all} if in_all else {}
     return replace(turned, report=report, trimmed=(left, top, right, bottom))
 
 
@@ -58,19 +58,19 @@ def mirror_page(page: RestoredPage) -> RestoredPage:
     """
     mirrored = page.changed_pictures(lambda _, image: image[:, ::-1]).changed_meshes(_mirror_mesh)
     findings = tuple(one for one in page.findings if one.code != "mirrored")
-    report = {**_mirror_report(page.report), "findings": [one.as_json() for one in findings]}
+    report: Report = {**_mirror_report(page.report), "findings": [one.as_json() for one in findings]}
     left, top, right, bottom = page.trimmed
     return replace(mirrored, report=report, findings=findings, trimmed=(right, top, left, bottom))
 
 
-def _mirror_report(report: Mapping[str, Any]) -> dict[str, Any]:
+def _mirror_report(report: Report) -> Report:
     """Return the report of a mirrored page.
 
     A place on it, that it is mirrored, if it is, and how far it is rotated then.
     """
     mirrored = _with_place_moved(report, lambda place: place * MIRROR)
     if turned := mirrored.get("rotation_deg"):
-        mirrored["rotation_deg"] = 360 - turned
+        mirrored = {**mirrored, "rotation_deg": 360 - turned}
     return mirrored if mirrored.pop("mirrored", False) else {**mirrored, "mirrored": True}
 
 
@@ -79,18 +79,16 @@ def _mirror_mesh(mesh: FlatMesh) -> FlatMesh:
     return replace(mesh, flat=mesh.flat * MIRROR, faces=np.ascontiguousarray(mesh.faces[:, ::-1]))
 
 
-def _with_place_moved(report: Mapping[str, Any], move: Callable[[Floats], Floats]) -> dict[str, Any]:
+def _with_place_moved(report: Report, move: Callable[[Floats], Floats]) -> Report:
     """Return a copy of a report whose only place on the page is moved.
 
     move: of positions (n, 2) mm.
     """
-    moved = dict(report)
-    strain = moved.get("strain", {})
-    if place := strain.get("chord_strain", {}).get("max_difference_at_mm"):
-        ((x, y),) = move(np.array(place)[None])
-        chords = {**strain["chord_strain"], "max_difference_at_mm": [float(x), float(y)]}
-        moved["strain"] = {**strain, "chord_strain": chords}
-    return moved
+    strain = report["strain"]
+    chords = strain["chord_strain"]
+    ((x, y),) = move(np.array(chords["max_difference_at_mm"])[None])
+    moved: ChordStrainReport = {**chords, "max_difference_at_mm": [float(x), float(y)]}
+    return {**report, "strain": {**strain, "chord_strain": moved}}
 
 
 def _clockwise(flat: Floats, quarters: int) -> Floats:

@@ -14,6 +14,7 @@ from restore.findings import Finding
 from restore.mesh.measures import edge_strain, face_normals, face_signs, flipped_faces, norms, signed_areas
 from restore.mesh.strain import face_strain
 from restore.mesh.topology import Topology
+from restore.report import ConvergenceReport, Report
 from restore.runtime.rows import Rows
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
@@ -81,7 +82,7 @@ class FlatMesh(SurfaceMesh):
         return flipped_faces(self.flat, self.faces)
 
     @property
-    def convergence(self) -> dict[str, Any]:
+    def convergence(self) -> ConvergenceReport:
         """`residual` and `converged` by their names."""
         return {"residual": self.residual, "converged": self.converged}
 
@@ -106,7 +107,7 @@ class RestoredPage:
     dpi       one inch of paper is `dpi` pixels.
     flat      the flattened mesh of the requested number of points.
     fine      the finer mesh that maps the picture to the page, the same when the scan has no grid.
-    report    options, sizes, strain, findings and times (JSON values only).
+    report    a plain dictionary of sizes, strain, findings and times: see `restore.report`.
     findings  what is to be reported of the page; `report["findings"]` has the same as JSON values.
     trimmed   pixels that a crop took away at the left, top, right and bottom side, negative where it added some.
 
@@ -120,7 +121,7 @@ class RestoredPage:
     dpi: float
     flat: FlatMesh
     fine: FlatMesh
-    report: Mapping[str, Any]
+    report: Report
     findings: tuple[Finding, ...] = ()
     trimmed: tuple[int, int, int, int] = (0, 0, 0, 0)
 

@@ -6,11 +6,11 @@ The stages: prepare → unroll (decimate, flatten, refine) → texture → shade
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from math import hypot
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from restore.findings import Finding
 from restore.flattening.methods import OnStep
@@ -23,13 +23,24 @@ from restore.photo import (
     register_photographs,
     remove_registered_shading,
 )
+from restore.prepared.description import describe, findings_of_page
 from restore.prepared.pictures import LargePage, seen_at, whole_pictures
 from restore.prepared.prepare import prepare
 from restore.prepared.prepared import Prepared, rotated
 from restore.prepared.separate import rotation_of, source_of
-from restore.report import describe, findings_of_page
+from restore.report import (
+    CoverageReport,
+    LeafReport,
+    LightReport,
+    PhotoReport,
+    PhotosReport,
+    Report,
+    ShadeReport,
+    SizeReport,
+    WhiteReport,
+)
 from restore.runtime.arguments import checks_types
-from restore.scan import Bytes, Mask, RangeScan, ScannedSheet, SurfaceMesh
+from restore.scan import Bytes, Mask, Provenance, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, PageLight
@@ -93,9 +104,9 @@ def restore(
         pictures = whole_pictures(image, painted, painting, coverage)
     else:
         pictures = LargePage.of(prepared, fine, dpi, painted.mask, coverage, partial(shaded.relit, dpi=dpi)).pictures()
-    report = describe(prepared, unrolled, painting, settings) | shaded.report
+    described = describe(prepared, unrolled, painting, settings)
     found = [
-        *findings_of_page(fine, report),
+        *findings_of_page(fine, described["strain"]),
         *prepared.findings,
         *mirror_findings(fine),
         *hole_findings(painted.mask, kinds, at),
@@ -104,47 +115,50 @@ def restore(
         *prepared.findings_on(painting, coverage, at),
         *photo_findings(registered, photo_report),
     ]
-    report |= {"coverage": coverage.described(), "source": dict(source.provenance), "seconds": clock.seconds}
-    report |= {"photos": photo_report} if photos else {}
-    report |= leaf_fields(report)
     uncertainty: Uncertainty | str | None = None
     if settings.uncertainty:
         with clock("uncertainty"):
             uncertainty = estimate_uncertainty(prepared, unrolled, source)
-    report |= uncertainty_fields(source.provenance, report["page_mm"], uncertainty, painting.resolution.sampling_ppi)
-    report["findings"] = [one.as_json() for one in found]
+    page_mm, ppi, seen = described["page_mm"], painting.resolution.sampling_ppi, coverage.described()
+    given: PhotosReport = {"photos": photo_report} if photos else {}
+    report: Report = {
+        **described,
+        **shaded.report,
+        "coverage": seen,
+        "source": dict(source.provenance),
+        "seconds": clock.seconds,
+        **given,
+        **leaf_size(page_mm, seen),
+        **size_report(source.provenance, page_mm, uncertainty, ppi),
+        "findings": [one.as_json() for one in found],
+    }
     page = RestoredPage(pictures, dpi, unrolled.coarse, fine, report, tuple(found))
     if isinstance(uncertainty, Uncertainty):
         page = page.with_pictures(uncertainty=uncertainty.on_page(page.mask))
     return page
 
 
-def uncertainty_fields(
-    provenance: Mapping[str, Any], page_mm: Sequence[float], uncertainty: Uncertainty | str | None, ppi: float
-) -> dict[str, Any]:
-    """Return the fields of the report on calibration, size interval and uncertainty, mm.
+def size_report(
+    provenance: Provenance, page_mm: Sequence[float], uncertainty: Uncertainty | str | None, ppi: float
+) -> SizeReport:
+    """Report calibration, size interval and uncertainty, mm.
 
     uncertainty: None where it was not asked for, or why it cannot be estimated. ppi: as for `edge_error`.
     """
     calibration = describe_calibration(provenance)
     sides_mm = [edge_error(ppi)] * 2
-    estimated: dict[str, Any] = {}
-    if isinstance(uncertainty, str):
-        estimated = {"uncertainty_mm": {"reason": uncertainty}}
-    elif uncertainty is not None:
+    if isinstance(uncertainty, Uncertainty):
         sides_mm = [hypot(edges, side) for edges, side in zip(sides_mm, uncertainty.sides.tolist(), strict=True)]
-        estimated = {"uncertainty_mm": uncertainty.described()}
-    interval = size_interval(calibration, page_mm, sides_mm)
-    return {**estimated, "calibration": calibration, "size_mm_ci95": interval}
+    known: SizeReport = {"calibration": calibration, "size_mm_ci95": size_interval(calibration, page_mm, sides_mm)}
+    if uncertainty is None:
+        return known
+    stated = {"reason": uncertainty} if isinstance(uncertainty, str) else uncertainty.described()
+    return {"uncertainty_mm": stated, **known}
 
 
-def leaf_fields(report: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the size of a leaf without the strip of the facing page.
-
-    Empty for a page that is not a leaf of an opened book.
-    """
-    facing = report["coverage"]["facing"]
-    width, height = report["page_mm"]
+def leaf_size(page_mm: Sequence[float], coverage: CoverageReport) -> LeafReport:
+    """Report the size of a leaf without the strip of the facing page, if it has one."""
+    facing, (width, height) = coverage["facing"], page_mm
     return {"leaf_mm": [width * (1.0 - facing), height]} if facing else {}
 
 
@@ -155,7 +169,7 @@ class Painted(NamedTuple):
     """
 
     painting: Painting
-    photos: list[dict[str, Any]]
+    photos: list[PhotoReport]
     kinds: Bytes
     coverage: Coverage
 
@@ -175,7 +189,7 @@ class Shaded(NamedTuple):
     """
 
     image: Bytes
-    report: dict[str, Any]
+    report: ShadeReport
     findings: tuple[Finding, ...]
     light: PageLight | None = None
     white: WhiteBalance | None = None
@@ -200,8 +214,8 @@ def _shade(
     """
     image, mask = painting.image, painting.mask
     removed, balanced = None, None
-    light: Mapping[str, Any] = {}
-    white: Mapping[str, Any] = {"setting": "keep"}
+    light: LightReport = {}
+    white: WhiteReport = {"setting": "keep"}
     if fine.texture is not None and settings.shading != "keep":
         relief = relief_of(fine, prepared.normals_on, LIGHT_DPI)
         painted = _paint(prepared, fine, registered, LIGHT_DPI)
@@ -211,8 +225,8 @@ def _shade(
     if fine.texture is not None and settings.white_balance != "keep":
         balanced = balance_on_paper(image, mask, dpi)
         image, white = balanced.image, {"setting": settings.white_balance, **balanced.report}
-    kept = (("light_kept", light), ("white_kept", white))
-    found = tuple(Finding.of(code, reason=report["reason"]) for code, report in kept if "reason" in report)
+    kept = (("light_kept", light.get("reason")), ("white_kept", white.get("reason")))
+    found = tuple(Finding.of(code, reason=reason) for code, reason in kept if reason is not None)
     return Shaded(
         image, {"light": light, "white_balance": white}, found, None if removed is None else removed.light, balanced
     )

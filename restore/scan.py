@@ -21,6 +21,8 @@ Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
 
+Provenance = Mapping[str, Any]
+"""Facts about a scan: JSON values."""
 Part = Literal["", "left", "right"]
 """Which leaf of an opened book a sheet is; empty for any other."""
 
@@ -43,7 +45,7 @@ class RangeScan:
     points: Floats
     texture: Bytes | None
     texture_xy: Floats
-    provenance: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Provenance = field(default_factory=dict)
     findings: tuple[Finding, ...] = field(default=(), kw_only=True)
 
     @property
@@ -72,7 +74,7 @@ class SurfaceMesh:
     faces: Ints
     texcoords: Floats | None = None
     texture: Bytes | None = None
-    provenance: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Provenance = field(default_factory=dict)
     findings: tuple[Finding, ...] = field(default=(), kw_only=True)
 
 

@@ -20,6 +20,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PACKAGES, TESTS = ("drivers", "restore", "station"), ("bench", "oracles", "tests")
 GENERATED = ("cli.md", "keys.md")  # counted where they come from, in the code
+GENERATED_TABLE = re.compile(r"^\| key \| type \| meaning \|\n(?:\|.*\n)*", re.MULTILINE)  # of the report: the same
 COUNTS = ROOT / "tests" / "language_counts.json"  # of each pattern, in the documents, the code and the tests
 MAX_WORDS = 20_000  # a newcomer finds what is needed; measurements have bench/results
 MAX_PAGE_WORDS = 1200  # one reader and one task
@@ -35,6 +36,7 @@ WORD = re.compile(r"[^\s|]*\w\S*")  # a path is one, a bar of a table is none
 CONTRACT = {
     r"(?<!network )\bshares?\b(?! (a|the)\b)": {
         "restore/findings.py": "the key of a finding in stored reports",
+        "restore/report.py": "it lists that key",
         "station/verdict/measures.py": "it reads that key",
         "drivers/simulated/scene/light.py": "a setting of a lamp in configurations",
         "drivers/simulated/imaging/illumination.py": "it reads that setting",
@@ -84,7 +86,8 @@ PATTERNS = (
 def documents() -> dict[str, str]:
     """The text of each document by its path."""
     paths = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
-    return {str(path.relative_to(ROOT)): path.read_text("utf-8") for path in paths if path.name not in GENERATED}
+    texts = {path: path.read_text("utf-8") for path in paths if path.name not in GENERATED}
+    return {str(path.relative_to(ROOT)): GENERATED_TABLE.sub("", text) for path, text in texts.items()}
 
 
 @cache

@@ -16,6 +16,7 @@ from restore.numerics.robust import MAJORITY
 from restore.orientation import rotate_page
 from restore.outline.rectangle import page_size
 from restore.page import RestoredPage
+from restore.report import Report
 from restore.scan import Floats, Ints, Mask
 from restore.texture.coverage import EDGE_PX, CoverageClass
 from restore.texture.page import MM_PER_INCH, PAPER
@@ -50,7 +51,7 @@ def finish_page(page: RestoredPage, part: PartEdits) -> RestoredPage:
     found = page.findings + size_findings((size + added[:2] + added[2:]).tolist(), part)
     page = crop_page(with_margins(page, added), part.crop)
     given = part.model_dump(mode="json", exclude_defaults=True)
-    report = {**page.report, "edits": given, "findings": [one.as_json() for one in found]}
+    report: Report = {**page.report, "edits": given, "findings": [one.as_json() for one in found]}
     return replace(page, report=report, findings=found)
 
 

@@ -5,10 +5,10 @@ Where the spine is, whether it is one, and what to do.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal, cast
 
+from restore.report import LayoutReport
 from restore.scan import Floats
 
 Advice = Literal["split", "whole", "left", "right", "ask"]
@@ -63,11 +63,11 @@ class LayoutFinding:
     gutter_hidden_mm: float = 0.0
     reasons: tuple[str, ...] = ()
 
-    def as_json(self) -> Mapping[str, Any]:
+    def as_json(self) -> LayoutReport:
         """The finding as plain JSON values."""
         spine = None if self.spine is None else [[round(x, 2), round(y, 2)] for x, y in self.spine.tolist()]
         widths = None if self.widths_mm is None else [round(width, 2) for width in self.widths_mm]
         numbers = ("sigma_mm", "turn_deg", "beyond_deg", "bands", "crossing", "gutter_hidden_mm")
         measured = {name: None if (value := getattr(self, name)) is None else round(value, 4) for name in numbers}
         found = {"advice": self.advice, "is_spine": self.is_spine, "spine": spine, "frame": self.frame}
-        return {**found, **measured, "widths_mm": widths, "reasons": list(self.reasons)}
+        return cast(LayoutReport, {**found, **measured, "widths_mm": widths, "reasons": list(self.reasons)})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 from restore.findings import Finding
 from restore.layout.crossing import REACH_MM
@@ -13,6 +13,7 @@ from restore.layout.find import Inspected
 from restore.layout.finding import Advice, LayoutFinding
 from restore.layout.split import OVERLAP_MM, split_at_crease
 from restore.prepared.separate import SeparateSheet
+from restore.report import LeafReport
 
 Layout = Literal["auto", "split", "whole", "left", "right"]
 
@@ -32,7 +33,7 @@ class Leaves:
     findings: tuple[Finding, ...] = ()
     left_out: tuple[SeparateSheet, ...] = ()
 
-    def fields(self, part: str) -> dict[str, Any]:
+    def fields(self, part: str) -> LeafReport:
         """The fields of the report of a part."""
         return {"part": part, "layout": self.finding.as_json()}
 

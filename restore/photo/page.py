@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from restore.photo.photograph import Photograph
 from restore.photo.reference import Reference, make_reference
 from restore.photo.register import Refused, Registration, register
 from restore.photo.sources import Plan, Source, plan
+from restore.report import PhotoReport
 from restore.runtime.threads import in_threads
 from restore.scan import Bytes, Floats, Ints, Mask
 from restore.texture.page import Painting, extend_edge_colours, paint_page
@@ -101,7 +101,7 @@ def _photograph(photo: Photograph | Bytes, number: int) -> Photograph:
 
 def paint_registered(
     page: FlatMesh, registered: Sequence[Registered], dpi: float
-) -> tuple[Painting, list[dict[str, Any]]]:
+) -> tuple[Painting, list[PhotoReport]]:
     """Texture a flat page from registered photographs, and report on all.
 
     Without any it is textured from its scan. In the result, source 0 is the scan's texture and k the k-th photograph.
@@ -116,7 +116,7 @@ def paint_registered(
     assert painting.page_source is not None
     best, number_of = np.argmax(planned.weights, axis=0), np.arange(256).astype(np.uint8)
     for index, (number, _) in enumerate(accepted, 1):
-        reports[number - 1] |= _use(planned, sources[index], best == index, index)
+        reports[number - 1] = {**reports[number - 1], **_use(planned, sources[index], best == index, index)}
         number_of[index] = number
     rows, cols = painting.mask.shape
     covered = enlarged(np.asarray(planned.covered.any(axis=0), np.float32), 0, rows, cols, dpi) > MAJORITY
@@ -158,7 +158,7 @@ def _shown(pixels: Floats, faces: Ints, shape: tuple[int, ...]) -> Mask:
     return np.isfinite(rasterise(pixels, seen, np.zeros((len(pixels), 1)), shape[0], shape[1])[..., 0])
 
 
-def photo_findings(registered: Sequence[Registered], reports: Sequence[dict[str, Any]]) -> list[Finding]:
+def photo_findings(registered: Sequence[Registered], reports: Sequence[PhotoReport]) -> list[Finding]:
     """Why photographs are not used, or not in full, and what to do about it.
 
     reports: those that `paint_registered` gave.
@@ -176,11 +176,11 @@ def photo_findings(registered: Sequence[Registered], reports: Sequence[dict[str,
     return refused + covered
 
 
-def _refusal(one: Registered) -> dict[str, Any]:
+def _refusal(one: Registered) -> PhotoReport:
     return {"name": one.photograph.name, "accepted": False, "reason": one.reason}
 
 
-def _acceptance(one: Registered, found: Registration) -> dict[str, Any]:
+def _acceptance(one: Registered, found: Registration) -> PhotoReport:
     height, width = one.photograph.image.shape[:2]
     return {
         "name": one.photograph.name,
@@ -194,7 +194,7 @@ def _acceptance(one: Registered, found: Registration) -> dict[str, Any]:
     }
 
 
-def _use(planned: Plan, source: Source, here: Mask, index: int) -> dict[str, Any]:
+def _use(planned: Plan, source: Source, here: Mask, index: int) -> PhotoReport:
     """What the source `index` gave to the page, where it gave most (h, w)."""
     seen = here & (planned.ppi[index] > 0)
     covered = planned.covered[index] & (planned.ppi[0] > 0)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from restore.page import FlatMesh
 from restore.photo.page import Registered, sources_of
 from restore.photo.paint import MIN_FRACTION, enlarged, lit, paint
 from restore.photo.sources import Plan, Source, plan
+from restore.report import LightReport
 from restore.scan import Bytes, Mask
 from restore.shading.relief import Field, Relief
 from restore.shading.remove import LIGHT_DPI, ShadingResult, find_light
@@ -70,7 +70,7 @@ def _enlarged(layer: Field, mask: Mask, dpi: float) -> Field:
     return enlarged(layer, 0, rows, cols, dpi)
 
 
-def _report(evened: Mapping[int, ShadingResult], main: int) -> dict[str, Any]:
+def _report(evened: Mapping[int, ShadingResult], main: int) -> LightReport:
     """Return the report on the main picture.
 
     With the first reason for which the light of any picture was kept.
@@ -80,7 +80,7 @@ def _report(evened: Mapping[int, ShadingResult], main: int) -> dict[str, Any]:
         return evened[main].report
     first = min(reasons)
     name = f"photograph {first}" if first else "the scanner's image"
-    return evened[main].report | {"removed": False, "reason": f"{reasons[first]} (in {name})"}
+    return {**evened[main].report, "removed": False, "reason": f"{reasons[first]} (in {name})"}
 
 
 def _painted_from(page: FlatMesh, sources: Sequence[Source], planned: Plan, k: int, dpi: float) -> Bytes:

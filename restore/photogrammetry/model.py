@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from restore.photogrammetry.cameras.align import Similarity, agreeing_markers, t
 from restore.photogrammetry.cameras.bundle import Tracks
 from restore.photogrammetry.cameras.card import ScaleCard
 from restore.photogrammetry.card_pose import find_card
+from restore.report import ScaleReport
 from restore.scan import Floats
 
 ARM_MM = 400.0  # from the camera to the page, where the scale is unknown
@@ -36,7 +36,7 @@ class Model:
     points: Floats
     markers: Mapping[int, Mapping[int, Floats]]
     card: ScaleCard | None
-    scale: dict[str, Any] = field(default_factory=dict)
+    scale: ScaleReport = field(default_factory=ScaleReport)
     corners: Floats | None = None
 
     def become(self, other: Model) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from restore.photogrammetry.page_boundary_fit import fit_to_edge
 from restore.photogrammetry.refined import MISSED_FRACTION, missed, refined
 from restore.photogrammetry.surfaces.page_surface import PageSurface
 from restore.photogrammetry.surfaces.surface import STEP_MM
+from restore.report import PhotogrammetryReport, ScaleReport
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats, InterpolatedMesh
 from restore.texture.coverage import distance_to
@@ -59,10 +59,10 @@ class PhotographedPage:
 
     mesh: InterpolatedMesh
     photographs: tuple[Photograph, ...]
-    report: Mapping[str, Any]
+    report: PhotogrammetryReport
     findings: tuple[Finding, ...] = ()
 
-    def rescale_page(self, factor: float, source: Mapping[str, Any]) -> PhotographedPage:
+    def rescale_page(self, factor: float, source: ScaleReport) -> PhotographedPage:
         """The page made larger by a factor, as its scale was not known, without findings.
 
         source: what the factor was taken from, for the report.
@@ -78,7 +78,7 @@ class PhotographedPage:
             measured=larger.points(self.mesh.measured),
             reach_mm=factor * self.mesh.reach_mm,
         )
-        return PhotographedPage(mesh, photographs, {**self.report, "scale_source": dict(source)})
+        return PhotographedPage(mesh, photographs, {**self.report, "scale_source": source})
 
 
 @checks_types
@@ -179,10 +179,10 @@ def _dense(
         replace(photographs[view], camera=camera) for view, camera in zip(model.views, model.cameras, strict=True)
     )
     left_out = {photographs[k].name: why for k, why in failed.items()}
-    report = {
+    report: PhotogrammetryReport = {
         "photographs_used": [photographs[view].name for view in model.views],
         "rejected": {name: why.text for name, why in left_out.items()},
-        "scale_source": dict(model.scale),
+        "scale_source": model.scale,
         "surface_points": len(fitted.points),
         "edge_measured_fraction": float(edge.measured.mean()),
         "paper_outside_fraction": masks.uncovered(model.cameras, mesh.vertices, mesh.faces),
@@ -214,7 +214,7 @@ def _width_range(surface: PageSurface) -> float | None:
     return None if widths is None else float(np.ptp(np.quantile(widths, [1 - MISSED_FRACTION, MISSED_FRACTION])))
 
 
-def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tuple[Finding, ...]:
+def _findings(report: PhotogrammetryReport, left_out: Mapping[str, Finding]) -> tuple[Finding, ...]:
     """Return the findings about a page.
 
     report: as `PhotographedPage` has it.

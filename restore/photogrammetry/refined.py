@@ -24,6 +24,7 @@ from restore.photogrammetry.surfaces.relief import Relief, raise_relief
 from restore.photogrammetry.surfaces.surface import Surface, choose_stiffness, fit_surface
 from restore.photogrammetry.track_and_adjust import COARSE, COARSE_SIDE, FACET_ROUNDS, FINE_SIDE, ROUNDS, play_round
 from restore.photogrammetry.unrolled import unrolled
+from restore.report import AdjustmentReport
 from restore.scan import Floats
 
 MARGIN_MM = 30.0  # round the points, in which the page may go on without print
@@ -57,7 +58,7 @@ class Fitted:
     stiffness: float
     area: PageArea
     greys: Copies
-    rounds: list[dict[str, float]]
+    rounds: list[AdjustmentReport]
     gaps: Cloud | None = None
 
 
@@ -93,7 +94,7 @@ def _of_few_pieces(
     greys = smoothed_copies(joined, COARSE_SIDE)
     surface: PageSurface
     surface, area = _first_surface(model, masks, points)
-    rounds: list[dict[str, float]] = []
+    rounds: list[AdjustmentReport] = []
     plans, before, last = [COARSE] * MAX_GROWTHS + list(ROUNDS[1:]), 0, COARSE
     while plans:
         plan = plans.pop(0)

@@ -20,6 +20,7 @@ from restore.photogrammetry.page import MAJORITY, PageArea, PaperMasks, ground_s
 from restore.photogrammetry.surfaces.page_surface import PageSurface
 from restore.photogrammetry.surfaces.surface import grid_places
 from restore.photogrammetry.track import HALF, MIN_SIGMA_PX, MIN_SIMILAR, Patches, track
+from restore.report import AdjustmentReport
 from restore.scan import Floats
 
 COARSE_SIDE = 1600  # pixels of a copy in which patches are as wide as the first surfaces are off, and more
@@ -67,7 +68,7 @@ def _places_on(area: PageArea, sample: float, spacing: float, *, grows: bool) ->
 
 def play_round(
     greys: Copies, model: Model, surface: AnySurface, area: PageArea, plan: Round, masks: PaperMasks
-) -> tuple[AnySurface, Floats, Floats, dict[str, float]]:
+) -> tuple[AnySurface, Floats, Floats, AdjustmentReport]:
     """Track patches of a surface, and adjust the model to them.
 
     Returns the surface in the frame of the adjusted model, the points (n, 3) mm that agree, and their feet (n, 2).
@@ -109,5 +110,5 @@ def play_round(
     model.cameras, model.points = adjusted.cameras, adjusted.points[: len(used)][agree]
     surface = surface.moved(model.set_frame(model.points))
     feet = surface.feet(model.points, places[used[agree]])
-    facts = {"patches": len(places), "surface_points": len(model.points), "reprojection_px": rms}
+    facts: AdjustmentReport = {"patches": len(places), "surface_points": len(model.points), "reprojection_px": rms}
     return surface, model.points, feet, facts

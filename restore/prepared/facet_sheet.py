@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import cv2
 import numpy as np
@@ -24,6 +23,7 @@ from restore.prepared.prepared import Clock, KindsOfRows, Prepared, Unrolled, sq
 from restore.prepared.refine import interpolate_flat_positions, refine, subdivide
 from restore.range_image.facets.normals import facet_normals
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
+from restore.report import SampleReport
 from restore.runtime.kept import keep_result, keeps_results
 from restore.runtime.rows import Rows
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
@@ -96,7 +96,7 @@ class FacetSheet(Prepared):
         return np.asarray(own & known[0][:, None] & known[1])
 
     @property
-    def facts(self) -> Mapping[str, Any]:
+    def facts(self) -> SampleReport:
         """How many samples were measured on it, and how much of it is filled in."""
         measured = self.sheet.measured
         return {

@@ -5,9 +5,7 @@ No single view shows it, or it is coarse, or it is interpolated from points.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +15,7 @@ from restore.mesh.clean import clean
 from restore.page import FlatMesh
 from restore.prepared.flatten import flatten
 from restore.prepared.prepared import Clock, KindsOfRows, Prepared, Unrolled, square_to_picture, upright_as_textured
+from restore.report import SampleReport
 from restore.scan import Bytes, Floats, InterpolatedMesh, Mask, SurfaceMesh
 from restore.settings import Settings
 from restore.texture.coverage import Coverage, CoverageClass, distance_to
@@ -52,7 +51,7 @@ class InterpolatedPage(Prepared):
         return self.page.unroll(settings, clock, on_step)
 
     @property
-    def facts(self) -> Mapping[str, Any]:
+    def facts(self) -> SampleReport:
         """As of its mesh."""
         return self.page.facts
 

@@ -6,10 +6,9 @@ Any kind of scan becomes one.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from restore.numerics.robust import MAJORITY
 from restore.outline.rectangle import has_straight_sides, squaring_rotation
 from restore.page import FlatMesh
 from restore.range_image.facets.sheet import Sheet
+from restore.report import DistanceReport, SampleReport
 from restore.scan import Bytes, Floats, Mask
 from restore.settings import Settings
 from restore.texture.coverage import Coverage, CoverageClass, cut_findings, filled_findings
@@ -47,7 +47,7 @@ class Unrolled:
     coarse: FlatMesh
     fine: FlatMesh
     nodes: Floats
-    distance: dict[str, float]
+    distance: DistanceReport
 
 
 class Prepared(ABC):
@@ -76,7 +76,7 @@ class Prepared(ABC):
         return NO_NOISE
 
     @property
-    def facts(self) -> Mapping[str, Any]:
+    def facts(self) -> SampleReport:
         """Further fields of the report."""
         return {}
 

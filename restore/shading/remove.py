@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import cv2
 import numpy as np
@@ -18,12 +17,13 @@ import numpy as np
 from restore.numerics.limits import SINGLE_TINY
 from restore.numerics.robust import MAD_TO_SIGMA
 from restore.numerics.srgb import LINEAR
+from restore.report import LightReport
 from restore.scan import Bytes, Floats, Mask
 from restore.shading.certainty import CERTAIN
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollows
 from restore.shading.divide import Division
-from restore.shading.estimate import DIMMEST, MIN_PAPER, CheckPlaces, Estimate, estimate_again, estimate_light
+from restore.shading.estimate import DIMMEST, MIN_PAPER, CheckPlaces, estimate_again, estimate_light
 from restore.shading.horizon_map import fill_nearest
 from restore.shading.paper import LIGHT_DPI, paper_candidates
 from restore.shading.print_contrast import loses_print
@@ -50,7 +50,7 @@ class ShadingResult:
     """
 
     image: Bytes
-    report: dict[str, Any]
+    report: LightReport
     light: PageLight | None = None
 
 
@@ -63,7 +63,7 @@ class PageLight:
         where the light is kept.
     """
 
-    report: dict[str, Any]
+    report: LightReport
     gain: Field | None = None
     steps: Steps | None = None
 
@@ -122,10 +122,17 @@ def find_light(image: Bytes, mask: Mask, relief: Relief) -> PageLight:
     gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
     if loses_print(colour, gain, inside):
         return _kept("print would lose contrast against its surroundings")
-    report = {"removed": True, "corrected": corrected, "regions_fraction": regions.fraction(inside)} | _light_report(
-        found
-    )
-    return PageLight(report | _evenness(colour, gain, residual.ground, inside), gain, steps)
+    report: LightReport = {
+        "removed": True,
+        "corrected": corrected,
+        "regions_fraction": regions.fraction(inside),
+        "lamps": len(found.light.lamps),
+        "fitted_to": found.fitted_to,
+        "variation": found.certainty.variation,
+        "standard_error": found.certainty.error,
+        **_evenness(colour, gain, residual.ground, inside),
+    }
+    return PageLight(report, gain, steps)
 
 
 def _better(surface: Field, expected: Field, checks: CheckPlaces, ground: Mask) -> bool:
@@ -141,12 +148,6 @@ def _better(surface: Field, expected: Field, checks: CheckPlaces, ground: Mask) 
 def _kept(reason: str) -> PageLight:
     """The light as it is, and why."""
     return PageLight({"removed": False, "reason": reason})
-
-
-def _light_report(found: Estimate) -> dict[str, Any]:
-    """What the fitted light rests on, and how certain it is (JSON values)."""
-    light = {"lamps": len(found.light.lamps), "fitted_to": found.fitted_to}
-    return light | {"variation": found.certainty.variation, "standard_error": found.certainty.error}
 
 
 def _corrected(
@@ -186,7 +187,7 @@ def _excess_light(ratio: Field, inside: Mask) -> Field:
     return lifted
 
 
-def _evenness(colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str, Any]:
+def _evenness(colour: Field, gain: Field, paper: Mask, inside: Mask) -> LightReport:
     some = np.flatnonzero(paper)[::SPARED]
     seen, gains = (as_list(field)[some] for field in (colour, gain))
     before, after = seen.mean(axis=1), (seen * gains).mean(axis=1)

@@ -8,13 +8,13 @@ colour from the paper's: afterwards the paper is neutral, whatever its own tint 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
 
 from restore.numerics.limits import SINGLE_TINY
 from restore.numerics.srgb import LINEAR, srgb_codes
+from restore.report import WhiteReport
 from restore.scan import Bytes, Mask
 from restore.shading.paper import LIGHT_DPI, paper_candidates
 from restore.shading.relief import Field
@@ -35,7 +35,7 @@ class WhiteBalance:
     """
 
     image: Bytes
-    report: dict[str, Any]
+    report: WhiteReport
     codes: Bytes | None = None
 
     def balanced(self, image: Bytes, mask: Mask) -> Bytes:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from restore.findings import Finding
 from restore.numerics.robust import MAJORITY, robust_sigma
 from restore.numerics.srgb import CLIPPED
 from restore.range_image.segmentation.segment import MIN_FRACTION
-from restore.scan import Bytes, Floats, Mask, RangeScan
+from restore.scan import Bytes, Floats, Mask, Provenance, RangeScan
 from restore.structured_light.decode import REACH, Axis, decode_axis, projected_light
 from restore.structured_light.grid import ViewGrid, view_grid
 from restore.structured_light.locate import locate
@@ -146,7 +145,7 @@ def _frame(kept: Mask) -> tuple[slice, slice]:
     return frame[0], frame[1]
 
 
-def _provenance(rig: Rig, count: int, lit: Mask, kept: Mask, residual: Floats) -> dict[str, Any]:
+def _provenance(rig: Rig, count: int, lit: Mask, kept: Mask, residual: Floats) -> Provenance:
     return {
         "device": "structured light",
         "projector": [rig.projector.width, rig.projector.height],

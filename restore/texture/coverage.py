@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property, partial
+from typing import cast
 
 import cv2
 import numpy as np
@@ -20,6 +21,7 @@ from scipy.spatial import cKDTree
 
 from restore.findings import Finding
 from restore.page import FlatMesh
+from restore.report import CoverageReport
 from restore.runtime.rows import Rows
 from restore.runtime.threads import in_picture_bands
 from restore.scan import Bytes, Floats, Mask
@@ -83,9 +85,9 @@ class Coverage:
         page = max(sum(count.values()), 1)
         return {kind.name.lower(): number / page for kind, number in count.items()}
 
-    def described(self) -> dict[str, float | None]:
+    def described(self) -> CoverageReport:
         """Return the coverage as the report has it: the fractions of the kinds, and `cut`."""
-        return {**self.fractions(), "cropped_fraction": self.cut}
+        return cast(CoverageReport, {**self.fractions(), "cropped_fraction": self.cut})
 
     def findings(self, dpi: float) -> list[Finding]:
         """What is to be reported of a page that is white in large part, or has a broad hole."""

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from restore.numerics.srgb import LINEAR
+from restore.report import ResolutionReport
 from restore.scan import Bytes, Floats, Ints, Mask
 
 MM_PER_INCH = 25.4
@@ -68,16 +69,16 @@ class Resolution:
             return 0.0
         return None if self.mtf50 is None else self.sampling_ppi * resolved_fraction(self.mtf50)
 
-    def described(self) -> dict[str, float | str | None]:
+    def described(self) -> ResolutionReport:
         """Entries of a report."""
-        entries: dict[str, float | str | None] = {
+        found: ResolutionReport = {
             "resolved_ppi": self.resolved_ppi,
             "sampling_ppi": self.sampling_ppi,
             "mtf50_per_mm": None if self.mtf50 is None else self.mtf50 * self.sampling_ppi / MM_PER_INCH,
         }
-        if self.mtf50 is None or not self.sampling_ppi:
-            entries["resolved_ppi_unknown"] = NO_EDGES if self.sampling_ppi else NO_PICTURE
-        return entries
+        if self.mtf50 is not None and self.sampling_ppi:
+            return found
+        return {**found, "resolved_ppi_unknown": NO_EDGES if self.sampling_ppi else NO_PICTURE}
 
 
 def resolved_fraction(mtf50: float | None) -> float:

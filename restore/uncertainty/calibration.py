@@ -7,6 +7,7 @@ from math import hypot, sqrt
 from typing import Any
 
 from restore.outline.picture_edge import SHOWN
+from restore.scan import Provenance
 from restore.texture.page import MM_PER_INCH
 
 NORMAL_95 = 1.96  # standard deviations: 95 % of a normal distribution
@@ -15,7 +16,7 @@ DEVIATIONS = ("distortion", "plane", "tilt", "bow")  # of a body; the manual has
 MEASURED = ("date", "captures", "markers_px", "lines_rms", "expected_mm", "expected_length")
 
 
-def describe_calibration(provenance: Mapping[str, Any]) -> dict[str, Any]:
+def describe_calibration(provenance: Provenance) -> dict[str, Any]:
     """Describe the calibration of a scan as JSON values.
 
     `nominal` is that of the manual for all bodies, `unknown` that of another program's scan.

@@ -20,8 +20,8 @@ def convert_to_srgb(page: RestoredPage, profile: bytes) -> RestoredPage:
     """
     converted, name = image_to_srgb(page.image, profile)
     image = np.where(page.mask[..., None], converted, page.image)
-    report = {**page.report, "white_balance": {"setting": "profile", "icc_profile": name}}
-    return replace(page.with_pictures(image=image), report=report)
+    page = page.with_pictures(image=image)
+    return replace(page, report={**page.report, "white_balance": {"setting": "profile", "icc_profile": name}})
 
 
 def image_to_srgb(image: Bytes, profile: bytes) -> tuple[Bytes, str]:

@@ -371,10 +371,10 @@ def _restore_sheet(
         seconds["ocr"] = clock() - before
     seconds["total"] = sum(source_record.seconds.values()) + clock() - start
     names = [path.name for path in destination.files(stem, options, page)]
-    run_fields = {"seconds": seconds, "peak_memory_mb": peak_memory_mib(), "files": names, **sheet.report_fields}
     found = [*page.findings, *source_record.findings, *sheet.findings, *word_findings]
-    run_fields["findings"] = [one.as_json() for one in found]
-    fields = {**page.report, **source_record.report_fields, **run_fields, **examine(page, sheet.scan)}
+    run_fields = {"seconds": seconds, "peak_memory_mb": peak_memory_mib(), "files": names, **sheet.report_fields}
+    findings = {"findings": [one.as_json() for one in found]}
+    fields = {**page.report, **source_record.report_fields, **run_fields, **findings, **examine(page, sheet.scan)}
     report = finite(fields)
     frames = recorder.frames() if recorder else ()
     colours = None if options.to_srgb else options.colours

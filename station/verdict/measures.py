@@ -47,7 +47,7 @@ def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
         "sampling_ppi": None if texture is None else report["sampling_ppi"],
         "blur_px": None if texture is None else blur_px(texture, seen_in(page.page_map, texture.shape[:2])),
         "clipped_fraction": None if texture is None else clipped_fraction(page.master, measured),
-        "size_ci95_mm": max(report["size_mm_ci95"], default=None) if report.get("size_mm_ci95") else None,
+        "size_ci95_mm": max(size) if (size := report.get("size_mm_ci95")) else None,
         "fingerprint": fingerprint(page.image),
     }
 

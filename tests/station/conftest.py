@@ -45,6 +45,7 @@ GOOD = {
     "blur_px": 0.8,
     "clipped_fraction": 0.0,
 }
+CHORDS = {"max_difference_at_mm": [0.0, 0.0]}
 
 
 def curl_scan() -> RangeScan:
@@ -109,7 +110,7 @@ def restored(scan: RangeScan, settings: Settings) -> RestoredPage:
         "iterations": 40,
         "flipped_faces": 0,
         "area_ratio": 1.0,
-        "strain": {"rms": 0.002, "smooth_rms": 0.001, "max": 0.012},
+        "strain": {"rms": 0.002, "smooth_rms": 0.001, "max": 0.012, "chord_strain": CHORDS},
         "page_mm": [WIDTH_MM, HEIGHT_MM],
         "resolved_ppi": 20.3,
         "coverage": {"measured": 1.0, "cut": 0.0},

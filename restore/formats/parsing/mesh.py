@@ -19,7 +19,7 @@ from restore.formats.parsing.tiles import in_first_tile
 from restore.mesh.adjacency import used_vertices
 from restore.numerics.robust import MAJORITY
 from restore.numerics.units import MAX_COORDINATE_MM
-from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
+from restore.scan import Bytes, Floats, Ints, Mask, Provenance, SurfaceMesh
 
 # Vertices of the largest range grid: six times MAX_SAMPLES, as STL repeats each sample for its triangles.
 MAX_ITEMS = 6 * MAX_SAMPLES
@@ -106,7 +106,7 @@ def _finite_faces(path: Path, vertices: Floats, faces: Ints) -> tuple[Ints, list
     ] if lost.any() else []
 
 
-def provenance(path: Path) -> dict[str, Any]:
+def provenance(path: Path) -> Provenance:
     """Provenance of a scan that was read from a file."""
     return {"file": path.name}
 

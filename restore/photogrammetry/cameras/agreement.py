@@ -7,7 +7,6 @@ longer lies; one in which they are found, but not where the others put them, sho
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import cv2
 import numpy as np
@@ -23,6 +22,7 @@ from restore.photogrammetry.cameras.card import ScaleCard, detect_markers
 from restore.photogrammetry.cameras.sharpness import Sharpness, sharpness
 from restore.photogrammetry.cameras.sparse import BLURRED_PX, SAME_FOCAL, SIDE
 from restore.photogrammetry.errors import CardApart, Mirrored, NoPage, TooFewViews, ViewsApart
+from restore.report import ScaleReport
 from restore.scan import Bytes, Floats, Ints, Mask
 
 MIN_FRACTION = 0.3  # of the patches that most views show: half a page under a hand leaves more
@@ -163,7 +163,7 @@ def _flipped(image: Bytes) -> Bytes:
 
 
 def card_findings(
-    photographs: Sequence[Photograph], seen: Mapping[int, Mapping[int, Floats]], scale: Mapping[str, Any]
+    photographs: Sequence[Photograph], seen: Mapping[int, Mapping[int, Floats]], scale: ScaleReport
 ) -> tuple[Finding, ...]:
     """Return the findings about the card.
 

@@ -6,7 +6,6 @@ to the smooth surface there, and the nearest changes where two pieces meet.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,6 +29,7 @@ from restore.photogrammetry.surfaces.surface import (
     grid_places,
     through_places,
 )
+from restore.report import SurfaceReport
 from restore.scan import Floats, Ints, Mask
 
 PROLONGED_MM = 12.0  # beyond the points of a piece: a crease is as far where print ends before it
@@ -253,7 +253,7 @@ class FoldedSurface:
         points = self.creased(rows.reshape(-1, 2) @ turn, faces).reshape(*rows.shape[:2], 3)
         return np.asarray(np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1))
 
-    def described(self, stiffness: float) -> Mapping[str, str | float | None]:  # noqa: ARG002 (as of a smooth surface)
+    def described(self, stiffness: float) -> SurfaceReport:  # noqa: ARG002 (as of a smooth surface)
         """Return what a report says of it."""
         return {"shape": "pieces", "stiffness_mm4": self.paper.stiffness, "smooth_pieces": len(self.pieces)}
 

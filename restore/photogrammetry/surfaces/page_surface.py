@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Protocol, Self
 
 from restore.photogrammetry.cameras.align import Similarity
 from restore.photogrammetry.surfaces.lattice import Cloud
 from restore.photogrammetry.surfaces.surface import Surface
+from restore.report import SurfaceReport
 from restore.scan import Floats, Ints, Mask
 
 
@@ -83,7 +83,7 @@ class PageSurface(Protocol):
         """Return the lengths (rows,) mm over its crease; None where none parts it in two."""
         ...
 
-    def described(self, stiffness: float) -> Mapping[str, str | float | None]:
+    def described(self, stiffness: float) -> SurfaceReport:
         """Return what a report says of it.
 
         stiffness: mm⁴, where it is smooth.

@@ -7,7 +7,6 @@ in the fewest places (`lattice`); near a crease, where no point is, its facets a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -18,6 +17,7 @@ from restore.photogrammetry.cameras.align import Similarity
 from restore.photogrammetry.surfaces.facets import prolonged
 from restore.photogrammetry.surfaces.lattice import Cloud, Lattice
 from restore.photogrammetry.surfaces.surface import Surface, fit_surface
+from restore.report import SurfaceReport
 from restore.scan import Floats, Ints, Mask
 
 BASE_STIFFNESS = 1e5  # mm⁴: of the sheet below, whose normals hardly turn from one facet to the next
@@ -107,7 +107,7 @@ class Relief:
     def gutter_widths(self) -> None:
         """Return None: no crease parts it in two."""
 
-    def described(self, stiffness: float) -> Mapping[str, str | float | None]:  # noqa: ARG002 (as of a smooth surface)
+    def described(self, stiffness: float) -> SurfaceReport:  # noqa: ARG002 (as of a smooth surface)
         """Return what a report says of it."""
         return {"shape": "facets", "stiffness_mm4": None, "smooth_pieces": None}
 

@@ -9,7 +9,7 @@ with weights that vanish, a corner that the sheet does not reach at once would b
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -30,6 +30,7 @@ from restore.photogrammetry.surfaces.spline import (
     numbering,
     solve,
 )
+from restore.report import SurfaceReport
 from restore.scan import Floats, Ints, Mask
 
 STEP_MM = 8.0  # of the knots: a wave of 90 mm and 38° lies within 5 µm of such a spline
@@ -100,7 +101,7 @@ class Surface:
     def gutter_widths(self) -> None:
         """Return None: no crease parts it in two."""
 
-    def described(self, stiffness: float) -> Mapping[str, str | float | None]:
+    def described(self, stiffness: float) -> SurfaceReport:
         """Return what a report says of it."""
         return {"shape": "smooth", "stiffness_mm4": stiffness, "smooth_pieces": 1}
 

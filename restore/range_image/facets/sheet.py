@@ -16,6 +16,7 @@ from restore.mesh.topology import Topology
 from restore.numerics.limits import TINY
 from restore.range_image.facets.facet_model import WIDE_RADIUS, Facets, in_whole_windows
 from restore.range_image.facets.slope_statistics import slope_variances, unbiased
+from restore.report import DistanceReport
 from restore.runtime.threads import in_bands
 from restore.scan import Floats, Ints, Mask, RangeScan
 
@@ -167,7 +168,7 @@ def make_sheet(
     return Sheet(rays, inside, samples, planes, slope_variances(slopes, sound, radius), facets.noise, pixels, scan)
 
 
-def depth_distance(sheet: Sheet, nodes: Floats, faces: Ints) -> dict[str, float]:
+def depth_distance(sheet: Sheet, nodes: Floats, faces: Ints) -> DistanceReport:
     """Return mean, sd and max of the depth between sheet and mesh, mm.
 
     nodes: (n, 2), grid positions.

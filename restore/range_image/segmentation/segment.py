@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import cv2
 import numba
@@ -18,7 +17,7 @@ from restore.numerics.robust import MAJORITY
 from restore.range_image.gaps import gaps_of_rows
 from restore.range_image.segmentation.outline import frame_of
 from restore.range_image.segmentation.table import Table, find_table
-from restore.scan import Floats, Ints, Mask, RangeScan, with_findings
+from restore.scan import Floats, Ints, Mask, Provenance, RangeScan, with_findings
 
 MIN_FRACTION = 0.02  # of the grid: a smaller piece is not a page
 ANOTHER = 0.25  # of the largest surface: another page or leaf, or the rest of a torn one; a hand or a weight has less
@@ -50,7 +49,7 @@ class SegmentedScan:
     table: Mask | None = None
 
     @property
-    def provenance(self) -> Mapping[str, Any]:
+    def provenance(self) -> Provenance:
         """Of the scan."""
         return self.scan.provenance
 

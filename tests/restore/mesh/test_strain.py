@@ -9,7 +9,7 @@ from restore.mesh.measures import straight_lengths
 from restore.mesh.strain import average_at_vertices, face_strain, smooth_rms_strain
 from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
-from restore.report import NOT_DEVELOPABLE
+from restore.prepared.description import NOT_DEVELOPABLE
 
 SQUARE = np.array([[0.0, 0.0], [3.0, 0.0], [0.0, 4.0], [3.0, 4.0]])
 FACES = np.array([[0, 1, 2], [1, 3, 2]])

@@ -7,7 +7,7 @@ from scipy.ndimage import binary_erosion, distance_transform_edt
 from restore.mesh.adjacency import components, sides_of
 from restore.mesh.raster import rasterise
 from restore.mesh.triangulate import MIN_HEIGHT, compact, lattice, triangulate
-from restore.report import connected_pieces
+from restore.prepared.description import connected_pieces
 
 FINE = 4  # pixels a sample, to see between them
 # Samples at the outline: it passes half a sample beyond the outermost of them, and cuts between the lattice's nodes.
