@@ -51,11 +51,10 @@ class Reader(Protocol):
 
 
 def load_phone_capture(folder: Path) -> tuple[SurfaceMesh, tuple[Photograph, ...]]:
-    """Load the page of an exported folder, and its photographs.
+    """Load page and photographs of a folder that Polycam or 3d Scanner App exported.
 
-    Polycam (raw data) or 3d Scanner App (all data) exported it. The surface is z up, with the photograph that faces it
-    most as its texture; the cameras are in its frame. Raises BadInput for a damaged export, NotEnoughSurface when its
-    photographs show no paper on its mesh.
+    The surface is z up, with the photograph that faces it most as its texture; the cameras are in its frame. Raises
+    BadInput for a damaged export, NotEnoughSurface when its photographs show no paper on its mesh.
     """
     program, reader = _reader(folder)
     mesh = reader.read_mesh(folder)

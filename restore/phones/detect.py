@@ -15,10 +15,7 @@ SCANNER_APP_FRAMES = "frame_*.json"
 
 
 def is_phone_capture(path: Path) -> bool:
-    """Return whether a path is a folder that a phone's program exported.
-
-    With photographs and their cameras.
-    """
+    """Return whether a path is a phone's export with photographs and their cameras."""
     return is_polycam(path) or is_scanner_app(path)
 
 

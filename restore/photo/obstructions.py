@@ -206,10 +206,7 @@ def _saturation(scan: Floats, both: Mask) -> Floats:
 
 
 def _light_terms(normals: Floats, both: Mask) -> Floats:
-    """Return the terms (h, w, 10) of what lamps give.
-
-    1, place and its squares, slopes of the normal and their squares.
-    """
+    """Return the light's terms (h, w, 10): 1, place, slopes of the normal, and all squares."""
     rows, cols = (np.linspace(-1.0, 1.0, size) for size in both.shape)
     y, x = np.meshgrid(rows, cols, indexing="ij")
     usual = np.median(normals[both], axis=0)

@@ -128,10 +128,7 @@ def lit(codes: Codes, gain: Codes) -> Codes:
 
 
 def _carry_to_edge(image: Bytes, mask: Mask, margin: int) -> None:
-    """Extend the colour of the nearest inner pixels to the page's edge.
-
-    In place, for the last pixels before the edge.
-    """
+    """Extend the nearest inner pixels' colour, in place, to the last ones before the edge."""
     if margin < 1:
         return
     away = cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]

@@ -121,10 +121,7 @@ def refine(
 
 
 def prior_deviation(focal_px: float, size: tuple[int, int], focal_spread: float = FOCAL_SPREAD) -> Floats:
-    """Return prior standard deviations (8,) of a lens.
-
-    Of focal length, principal point and distortion, before it is measured.
-    """
+    """Return prior standard deviations (8,) of focal length, principal point and distortion."""
     centre = np.full(2, CENTRE_SPREAD * np.hypot(*size))
     return np.concatenate([[focal_px * focal_spread], centre, DISTORTION_SPREAD])
 

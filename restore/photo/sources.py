@@ -1,6 +1,6 @@
-"""Picture from which each part of the page is textured.
+"""Picture that each part of the page is textured from, decided on a coarse copy.
 
-Decided on a coarse copy of the page. Source 0 is the scanner's colour image, source k the k-th photograph.
+Source 0 is the scanner's colour image, source k the k-th photograph.
 """
 
 from __future__ import annotations
@@ -154,9 +154,8 @@ def _without_covered(view: CoarseView, clipped: Floats, usual: CoarseView, norma
 
 
 def _weights(views: Sequence[CoarseView], fractions: Sequence[float], inside: Mask) -> Floats:
-    """Return the weight (s, h, w) of each source.
+    """Return the weight (s, h, w) of each source: the best-resolved photograph, or scanner.
 
-    The photograph that resolves most, the scanner where no photograph is good.
     fractions: the ideal pixels to a pixel of each source.
     """
     pixels_per_mm = COARSE_DPI / MM_PER_INCH

@@ -32,10 +32,9 @@ def is_video(path: Path) -> bool:
 
 
 def read_video(path: Path, progress: Progress, *, frames: int = FRAMES) -> list[Photograph]:
-    """Return the sharpest frames of a video.
+    """Return a video's sharpest frames, one of each of `frames` equal parts of its motion.
 
-    One of each of `frames` equal parts of its motion. Raises BadInput when the video cannot be read, is too long, or
-    the camera stands still in it.
+    Raises BadInput when the video cannot be read, is too long, or the camera stands still in it.
     """
     if not path.is_file():
         raise BadInput(f"{path} is not there", "check the name and the folder")

@@ -1,7 +1,4 @@
-"""Visibility of the page from a camera.
-
-Occlusion by the page itself, grazing view, specular glare.
-"""
+"""Visibility of the page from a camera: occlusion, grazing view, specular glare."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Pose of the scale card in a model of photographs.
-
-From all its markers in all views at once.
-"""
+"""Pose of the scale card in a model of photographs, from all markers in all views."""
 
 from __future__ import annotations
 

@@ -193,10 +193,7 @@ def _largest(mask: Mask) -> Mask:
 
 @dataclass(frozen=True, eq=False)
 class PageArea:
-    """Area of the page over x and y.
-
-    Cells (rows, cols) of CELL_MM from a corner low (2,) mm, rows along y.
-    """
+    """Area of the page: cells (rows, cols) of CELL_MM from a corner low (2,) mm, rows along y."""
 
     cells: Mask
     low: Floats
@@ -260,9 +257,6 @@ def on_page(masks: PaperMasks, cameras: Sequence[PhotoCamera], points: Floats) -
 
 
 def ground_sample(cameras: Sequence[PhotoCamera], points: Floats) -> float:
-    """Return millimetres on the page to a pixel of the photographs.
-
-    The median over points (n, 3) mm and cameras.
-    """
+    """Return mm on the page per photograph pixel: median over points (n, 3) mm and cameras."""
     depths = [1.0 / np.maximum(camera.inverse_depth(points), TINY) / camera.focal_px for camera in cameras]
     return float(np.median(depths))

@@ -1,7 +1,4 @@
-"""The surface of a page in rounds of finer and finer patches.
-
-Smooth, of a few pieces, or of many facets.
-"""
+"""The surface of a page in ever finer rounds: smooth, of few pieces, or of many facets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,1 @@
-"""A scan prepared for flattening.
-
-One surface, its coarse and fine meshes, and their flat positions.
-"""
+"""A scan prepared for flattening: a surface, coarse and fine meshes, flat positions."""

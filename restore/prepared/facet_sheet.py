@@ -56,10 +56,9 @@ class FacetSheet(Prepared):
     erased: Mask | None = field(default=None, kw_only=True)
 
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
-        """Return the flat page.
+        """Return the flat page: decimated, flattened by facets' lengths, refined, straightened.
 
-        Decimated, flattened by the lengths of the facets, refined and made straight. A process that keeps results does
-        so once for a sheet.
+        A process that keeps results does so once for a sheet.
         """
         return _unrolled(self.as_scanned, settings, clock, on_step)
 
@@ -199,9 +198,8 @@ def unroll(
     *,
     given: Callable[[PageOnGrid], Mapping[Side, Line]] = no_sides,
 ) -> Unrolled:
-    """Flatten a prepared sheet with about `settings.points` points.
+    """Return the flat page: decimated, flattened by facets' lengths, refined, straightened.
 
-    Beyond MAX_SOLVED_POINTS points the flat positions are interpolated.
     clock: clock(stage) times the stages.
     given: the sides of the flat page that are known already.
     """

@@ -127,10 +127,7 @@ class LeafSheet(FacetSheet):
 
 
 def _border(faces: Ints) -> Ints:
-    """Return the sides (k, 2) of faces (m, 3) that no other face has.
-
-    In the direction in which their face runs.
-    """
+    """Return sides (k, 2) of faces (m, 3) that no other face has in their direction."""
     sides = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     count = int(faces.max()) + 1
     return np.asarray(sides[~np.isin(_keys(sides, count), _keys(sides[:, ::-1], count))])

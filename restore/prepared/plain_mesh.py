@@ -72,10 +72,7 @@ class InterpolatedPage(Prepared):
         return self.page.camera_centre(fine)
 
     def kinds_by_rows(self, fine: FlatMesh, dpi: float) -> KindsOfRows:
-        """Return the coverage of its mesh.
-
-        INTERPOLATED farther from all measured points than `reach_mm`.
-        """
+        """Return its mesh's coverage, INTERPOLATED beyond `reach_mm` of measured points."""
         of_mesh = self.page.kinds_by_rows(fine, dpi)
         distance = distance_to(self.scan.measured, fine.vertices)[:, None]
 

@@ -1,7 +1,4 @@
-"""Prepares a raw scan for flattening.
-
-One surface without outliers, holes or noise, its creases kept sharp.
-"""
+"""Prepares a raw scan for flattening: no outliers, holes or noise, creases kept sharp."""
 
 from __future__ import annotations
 
@@ -47,10 +44,7 @@ def prepare(scan: RangeScan | SurfaceMesh | ScannedSheet) -> Prepared:
 
 
 def of_range_image(scan: RangeScan) -> Prepared:
-    """Prepare the largest sheet in a scanner's picture.
-
-    As a mesh where its samples are on no lines of sight.
-    """
+    """Prepare a picture's largest sheet, as a mesh where samples are on no lines of sight."""
     refuse_unusable_image(scan)
     check_size(scan)
     rays = find_rays(scan)
@@ -61,10 +55,7 @@ def of_range_image(scan: RangeScan) -> Prepared:
 
 
 def of_segmented(segmented: SegmentedScan) -> FacetSheet:
-    """Prepare the sheet of a scanner's own picture.
-
-    With the holes through it, and how much of its border may continue unseen.
-    """
+    """Prepare the sheet of a scanner's own picture, with its holes and unseen border."""
     check_size(segmented.scan)
     sheet = fit_sheet(segmented)
     holes = holes_to_table(sheet, segmented)

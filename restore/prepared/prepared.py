@@ -105,10 +105,7 @@ class Prepared(ABC):
         return lambda page, _top: np.where(page, CoverageClass.MEASURED, CoverageClass.OUTSIDE).astype(np.uint8)
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
-        """Return the centre (3,) mm of the camera that took the texture.
-
-        None where it is not one camera's picture.
-        """
+        """Return the centre (3,) mm of the texture's camera, None without a single one."""
         return viewpoint(fine)
 
     def cut_by_samples(self) -> float:
@@ -140,19 +137,16 @@ def rotated(page: Unrolled, degrees: float) -> Unrolled:
 
 
 def square_to_picture(flat: FlatMesh) -> FlatMesh:
-    """Rotate the flat mesh so that its sides are parallel to the axes.
-
-    About its centroid, for a rectangular page.
-    """
+    """Rotate a rectangular flat mesh about its centroid, its sides parallel to the axes."""
     turn, centre = squaring(flat)
     return replace(flat, flat=(flat.flat - centre) @ turn.T + centre)
 
 
 def upright_as_textured(unrolled: Unrolled) -> Unrolled:
-    """Rotate the flat page to where its image is upright.
+    """Rotate the flat page to its image's upright, by right angles if rectangular.
 
-    By right angles for a rectangular page. An image of one chart shows the page upright, and so do charts that were
-    packed as they lie on it; of an atlas with charts in every rotation the page stays as it is.
+    An image of one chart shows the page upright, and so do charts that were packed as they lie on it; of an atlas with
+    charts in every rotation the page stays as it is.
     """
     fine = unrolled.fine
     if fine.texcoords is None or fine.texture is None or "oversampling" in fine.provenance:

@@ -84,14 +84,13 @@ class SeparateSheet(ScannedSheet):
 
 @checks_types
 def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
-    """Return the sheets of a scan, left to right as the scanner saw them.
+    """Return the sheets of a scan, left to right; one, the scan itself, where it holds one.
 
-    One, the scan itself, where it holds one. A segment of a CT volume is one sheet: what its order joins is one, also
-    over gaps.
-    Connected pieces nearer to each other than MAX_GAP samples or edges are of one sheet: drop-outs part it so. So are
-    those between which a range image has only lost samples, as many as `find_pieces` goes on over. Two that are the
-    leaves of a book with a gutter that gave no range are named `left` and `right` by their `part`. Raises
-    NotEnoughSurface when the scan has no surface, BadInput for a damaged mesh.
+    A segment of a CT volume is one sheet: what its order joins is one, also over gaps. Connected pieces nearer to each
+    other than MAX_GAP samples or edges are of one sheet: drop-outs part it so. So are those between which a range image
+    has only lost samples, as many as `find_pieces` goes on over. Two that are the leaves of a book with a gutter that
+    gave no range are named `left` and `right` by their `part`. Raises NotEnoughSurface when the scan has no surface,
+    BadInput for a damaged mesh.
 
     >>> rows, cols = np.indices((11, 11)).astype(float)
     >>> points = np.dstack([10.0 * cols, 10.0 * rows, np.zeros((11, 11))]).reshape(-1, 3)

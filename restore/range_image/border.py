@@ -49,9 +49,9 @@ def turned_border(sheet: Sheet) -> float:
 
 
 def _steep_gaps(depth: Floats, measured: Mask, step: float) -> Mask:
-    """Return where depth changes steeply across gaps of a row.
+    """Return where depth changes by `step`·depth a sample or more across gaps of a row.
 
-    By `step`·depth a sample, or more. Returns (rows, cols) bool.
+    Returns (rows, cols) bool.
     """
     last, following = gaps_of_rows(measured)
     before, behind = depth.ravel()[last], depth.ravel()[following]

@@ -164,20 +164,14 @@ def _sights(camera: PhotoCamera, seen: Mapping[int, Floats]) -> dict[int, tuple[
 
 
 def _nearest_points(sights: Sequence[Mapping[int, tuple[Floats, Floats]]]) -> dict[int, Floats]:
-    """Return the point (3,) nearest to its lines of sight, by marker.
-
-    For markers that all the views show.
-    """
+    """Return the point (3,) nearest to its lines of sight for markers that all views show."""
     common = set.intersection(*(set(one) for one in sights))
     sums = {marker: [sum(one[marker][k] for one in sights) for k in (0, 1)] for marker in common}
     return {marker: np.asarray(np.linalg.pinv(gram) @ side, np.float64) for marker, (gram, side) in sums.items()}
 
 
 def _offset(camera: PhotoCamera, seen: Mapping[int, Floats], points: Mapping[int, Floats]) -> float:
-    """Return the median error of the markers in a view, pixels.
-
-    From where points (3,) project to.
-    """
+    """Return the median reprojection error, pixels, of a view's markers at points (3,)."""
     common = [marker for marker in points if marker in seen]
     if not common:
         return float("inf")

@@ -74,10 +74,7 @@ class ScaleCard:
 
     @property
     def outline(self) -> Floats:
-        """Return the corners (4, 2) of the strip, mm from its centre.
-
-        Counter-clockwise from the lower left.
-        """
+        """Return the corners (4, 2) of the strip, mm from its centre, counter-clockwise."""
         return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(self.size_mm) / 2
 
     def hull(self, markers: Sequence[int], margin_mm: float | None = None) -> Floats:

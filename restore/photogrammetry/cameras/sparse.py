@@ -197,10 +197,7 @@ def _most_matches(colmap: ModuleType, base: Path) -> dict[int, int]:
 
 
 def _cameras(model: Any, size: tuple[int, int], ratio: float) -> dict[int, PhotoCamera]:
-    """Return the cameras of a reconstruction in the full size (w, h).
-
-    By index of the photograph.
-    """
+    """Return a reconstruction's cameras in the full size (w, h), by photograph's index."""
     cameras = {}
     for image in model.images.values():
         if not image.has_pose:
@@ -216,10 +213,7 @@ def _cameras(model: Any, size: tuple[int, int], ratio: float) -> dict[int, Photo
 
 
 def _points(model: Any, ratio: float) -> tuple[Floats, Floats]:
-    """Return the reliable points (n, 3) of a reconstruction.
-
-    With their errors (n,) in pixels of the full size.
-    """
+    """Return a reconstruction's reliable points (n, 3) and errors (n,), full-size pixels."""
     kept = [
         (*point.xyz, point.error)
         for point in model.points3D.values()

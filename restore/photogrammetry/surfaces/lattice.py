@@ -157,10 +157,7 @@ class Lattice:
     def _resistances(
         self, rows: list[sp.csr_matrix], sides: list[Floats], heights: Floats | None, exponent: float
     ) -> Floats:
-        """Return the weight (m,) of the bend at each inner node.
-
-        Less where heights (n,) bend much.
-        """
+        """Return the bend's weight (m,) at inner nodes, less where heights (n,) bend much."""
         if heights is None or exponent == 2.0:
             return np.full(len(sides[0]), 1.0 / CREASE_BEND)
         squares = sum((row @ heights + side) ** 2 for row, side in zip(rows, sides, strict=True)) / self.step**4

@@ -74,10 +74,7 @@ def _discrepancies(discs: Discs, best: Ints, points: Floats, edges: Ints, bends:
 
 
 def neighbours(places: Floats) -> Ints:
-    """Return the pairs (k, 2) of neighbouring places (n, 2).
-
-    Each once, the lower number first.
-    """
+    """Return the pairs (k, 2) of neighbouring places (n, 2), once, lower number first."""
     faces = Delaunay(places).simplices
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     return np.unique(edges, axis=0)
@@ -169,9 +166,8 @@ def _both(first: Mask) -> bool:
 
 
 def _misfit(points: Floats, first: Mask, radius: float) -> float:
-    """Return how badly one cubic follows points of two pieces.
+    """Return a cubic's misfit of two pieces' points over that of two quadratics and bends.
 
-    Over what two quadratics and bends leave.
     points: (n, 3) mm.
     """
     off = points - points.mean(axis=0)

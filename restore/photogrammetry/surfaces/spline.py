@@ -32,10 +32,7 @@ def numbering(rows: int, cols: int, *, along_rows: bool = False) -> tuple[int, i
 
 @numba.njit(cache=True)
 def _basis(t: float, step: float, order: int, out: Floats) -> None:
-    """Write the four cubic B-splines at a fraction t of an interval.
-
-    Or their derivatives of an order.
-    """
+    """Write the four cubic B-splines, or derivatives, at a fraction t of an interval."""
     if order == 0:
         out[0], out[1] = (1 - t) ** 3 / 6, (3 * t**3 - 6 * t**2 + 4) / 6
         out[2], out[3] = (-3 * t**3 + 3 * t**2 + 3 * t + 1) / 6, t**3 / 6

@@ -65,10 +65,7 @@ class Surface:
 
     @classmethod
     def level(cls, low: Floats, high: Floats, height: float) -> Surface:
-        """Return the plane at a height, mm, over a rectangle.
-
-        From low (2,) to high (2,), where u and v are x and y.
-        """
+        """Return the plane u, v = x, y at a height, mm, over a rectangle low (2,) to high (2,)."""
         cols, rows = (np.ceil((np.asarray(high) - low) / STEP_MM).astype(int) + 1 + 2 * BORDER).tolist()
         first = np.asarray(low, float) - BORDER * STEP_MM
         x, y = np.meshgrid(first[0] + STEP_MM * np.arange(cols), first[1] + STEP_MM * np.arange(rows))
@@ -118,10 +115,7 @@ class Surface:
         return evaluate(np.ascontiguousarray(places, np.float64), self.low, self.step, self.coefficients, 0)[:, 0]
 
     def derivatives(self, places: Floats) -> Floats:
-        """Return positions and derivatives (n, 6, 3) at places (n, 2) mm.
-
-        By u, by v, by uu, uv and vv.
-        """
+        """Return positions and derivatives (n, 6, 3) by u, v, uu, uv, vv at places (n, 2) mm."""
         return evaluate(np.ascontiguousarray(places, np.float64), self.low, self.step, self.coefficients, 2)
 
     def normals(self, places: Floats) -> Floats:
@@ -172,10 +166,7 @@ class Surface:
         return self.feet(points, lattice[index])
 
     def within(self, low: Floats, high: Floats) -> Surface:
-        """Return the surface over another rectangle, prolonged without bending.
-
-        From low (2,) to high (2,).
-        """
+        """Return the surface over a rectangle low (2,) to high (2,), prolonged without bending."""
         here = self.bounds
         places = grid_places(np.maximum(low, here[0]), np.minimum(high, here[1]), SAMPLE_MM)
         return through_places(places, self.points(places), low, high)
