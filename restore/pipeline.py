@@ -163,10 +163,7 @@ def leaf_size(page_mm: Sequence[float], coverage: CoverageReport) -> LeafReport:
 
 
 class Painted(NamedTuple):
-    """Page textured at some resolution, with its coverage.
-
-    And with the reports on its photographs.
-    """
+    """Textured page at some resolution, with coverage and reports on its photographs."""
 
     painting: Painting
     photos: list[PhotoReport]
@@ -183,10 +180,7 @@ def _paint(prepared: Prepared, fine: FlatMesh, registered: Sequence[Registered],
 
 
 class Shaded(NamedTuple):
-    """Page (h, w, 3) in the light and colours that the settings ask for.
-
-    With fields of the report and findings.
-    """
+    """Page (h, w, 3) in the wanted light and colours, with report fields and findings."""
 
     image: Bytes
     report: ShadeReport
@@ -208,10 +202,7 @@ def _shade(
     settings: Settings,
     dpi: float,
 ) -> Shaded:
-    """Remove the light and the lamp's colour from a textured page.
-
-    As far as settings and page allow.
-    """
+    """Remove light and the lamp's colour from a page, as far as settings and page allow."""
     image, mask = painting.image, painting.mask
     removed, balanced = None, None
     light: LightReport = {}

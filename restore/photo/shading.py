@@ -71,10 +71,7 @@ def _enlarged(layer: Field, mask: Mask, dpi: float) -> Field:
 
 
 def _report(evened: Mapping[int, ShadingResult], main: int) -> LightReport:
-    """Return the report on the main picture.
-
-    With the first reason for which the light of any picture was kept.
-    """
+    """Return the main picture's report, with the first reason for which any light was kept."""
     reasons = {k: result.report["reason"] for k, result in evened.items() if "reason" in result.report}
     if not reasons:
         return evened[main].report
