@@ -20,10 +20,11 @@ from restore.range_image.resample import CAMERA_DISTANCE
 from restore.scan import Floats, RangeScan
 
 
-def in_scanner_frame(cloud: Cloud) -> tuple[Floats, bool]:
+def in_scanner_frame(cloud: Cloud, step: int = 1) -> tuple[Floats, bool]:
     """Return the points (rows, cols, 3) of a cloud in a scanner's frame.
 
-    Returns also whether their columns were reversed.
+    step: from sample to sample of those that show where lines of sight meet. Returns also whether the columns were
+    reversed.
     Where the lines of sight meet in the origin, or the viewpoint of the file, that is the scanner's lens; elsewhere
     the frame looks at the surface from there.
     """
@@ -32,7 +33,7 @@ def in_scanner_frame(cloud: Cloud) -> tuple[Floats, bool]:
     posed = (cloud.points - cloud.viewpoint) @ cloud.axes.T
     for candidate in (points, posed.reshape(points.shape)):
         turned, mirrored = _along_axes(candidate)
-        if turned is not None and _meet(turned):
+        if turned is not None and _meet(turned[::step, ::step]):
             reverse = mirrored and cloud.frame == "right-handed"
             return (turned * [-1.0, 1.0, 1.0])[:, ::-1] if reverse else turned, reverse
     return _looking_at(points, cloud)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from restore.camera.rays import MAX_GAP, MAX_SLOPE, STEEP
 from restore.errors import BadInput
 from restore.formats.clouds.cloud import Cloud
+from restore.formats.clouds.organised import flying_pixels, reported
 from restore.formats.parsing.picture import SMALL_PIXELS
 from restore.numerics.limits import SINGLE_TINY
 from restore.numerics.robust import NEARLY_ALL
@@ -70,7 +71,11 @@ def loose_scan(path: Path, cloud: Cloud) -> RangeScan:
         depth = 1.0 / inverse
     x, y = (view.low[0] + view.pitch * col) * depth, (view.low[1] - view.pitch * row) * depth
     texture, places = _picture(cloud, measured, view)
-    return RangeScan(np.dstack([x, y, -depth]), texture, places, cloud.provenance, findings=cloud.findings)
+    surface = np.dstack([x, y, -depth])
+    flying = flying_pixels(surface)
+    surface[flying] = np.nan
+    found = (*cloud.findings, *reported(flying, surface))
+    return RangeScan(surface, texture, places, cloud.provenance, findings=found)
 
 
 def _axes(cloud: Cloud, points: Floats) -> Floats:

@@ -9,16 +9,17 @@ from pathlib import Path
 import numpy as np
 
 from restore.camera.rays import MAX_SLOPE
-from restore.findings import Finding
+from restore.findings import NOTABLE, Finding
 from restore.formats.clouds.cloud import Cloud
 from restore.formats.clouds.frame import in_scanner_frame
 from restore.formats.parsing.grid import samples_in_picture
 from restore.formats.parsing.picture import adjacent_picture
 from restore.numerics.robust import MAJORITY, NEVER, robust_sigma
-from restore.scan import Bytes, Floats, Mask, RangeScan
+from restore.runtime.threads import in_threads
+from restore.scan import Bytes, Floats, Mask, RangeScan, with_findings
 
-# A window of 7 × 7 samples is then 3 mm of a page that fills the picture, and a page takes a second or two.
-MAX_SAMPLES = 2**20
+# The largest grid is then as fine as a Vivid's, for which windows, bands and times are chosen.
+MAX_SAMPLES = 2**19
 
 
 def organised_scan(path: Path, cloud: Cloud, picture: Bytes | None) -> RangeScan:
@@ -29,19 +30,20 @@ def organised_scan(path: Path, cloud: Cloud, picture: Bytes | None) -> RangeScan
     """
     assert cloud.size is not None
     cols, rows = cloud.size
-    points, reversed_ = in_scanner_frame(cloud)
+    points, reversed_ = in_scanner_frame(cloud, coarsening(rows, cols))
     flying = flying_pixels(points)
     points[flying] = np.nan
     texture, places = _picture(path, cloud, picture, rows, cols)
     if reversed_:
         places = places[:, ::-1]
     scan = RangeScan(points, texture, places, cloud.provenance, findings=cloud.findings)
-    lost = float(flying.sum() / max(cloud.measured.sum(), 1))
-    return coarsened(replace(scan, findings=(*scan.findings, *_reported(lost))))
+    return coarsened(with_findings(scan, *reported(flying, points)))
 
 
-def _reported(lost: float) -> list[Finding]:
-    return [Finding.of("flying_pixels", lost)] if lost > 0.0 else []
+def reported(flying: Mask, points: Floats) -> list[Finding]:
+    """Return a finding of flying pixels (rows, cols) that are not among points (rows, cols, 3)."""
+    lost = float(flying.sum() / max(flying.sum() + np.isfinite(points[..., 2]).sum(), 1))
+    return [Finding.of("flying_pixels", lost)] if lost > NOTABLE else []
 
 
 def _picture(path: Path, cloud: Cloud, picture: Bytes | None, rows: int, cols: int) -> tuple[Bytes | None, Floats]:
@@ -58,24 +60,23 @@ def _picture(path: Path, cloud: Cloud, picture: Bytes | None, rows: int, cols: i
 def flying_pixels(points: Floats) -> Mask:
     """Return the samples between a near and a far surface, on neither.
 
-    A pixel that sees an edge mixes both depths. The line from the sample before it to the one behind it, along a row, a
-    column or a diagonal, then runs along the ray, and so does each half of it. Steps within the noise do not count.
+    A pixel that sees an edge mixes both depths. The lines to the samples before and behind it, along a row, a column or
+    a diagonal, then run along the ray. Steps within the noise do not count.
     points: (rows, cols, 3) in a scanner's frame. Returns (rows, cols) bool.
     """
     depth = -points[..., 2]
-    flying = np.zeros(depth.shape, bool)
-    inner = depth[1:-1, 1:-1]
-    noise = robust_sigma(_curvatures(depth)) if depth.size else 0.0
-    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        before, behind = (_shifted(depth, step * down, step * right) for step in (-1, 1))
-        here = inner - before, behind - inner
-        start, end = (_shifted(points, step * down, step * right) for step in (-1, 1))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            turn = (end / end[..., 2:] - start / start[..., 2:])[..., :2]
-            limit = np.maximum(MAX_SLOPE * np.hypot(turn[..., 0], turn[..., 1]) * np.abs(inner) / 2.0, NEVER * noise)
-            steep = (np.minimum(np.abs(here[0]), np.abs(here[1])) > limit) & (here[0] * here[1] > 0)
-        flying[1:-1, 1:-1] |= steep
-    return flying
+    inner, least = depth[1:-1, 1:-1], NEVER * robust_sigma(_curvatures(depth))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        x, y = points[..., 0] / depth, points[..., 1] / depth
+
+        def steep(way: tuple[int, int]) -> Mask:
+            start, end = ((-way[0], -way[1]), way)
+            step = np.minimum(np.abs(_shifted(depth, *start) - inner), np.abs(_shifted(depth, *end) - inner))
+            turn = np.hypot(*(_shifted(axis, *end) - _shifted(axis, *start) for axis in (x, y)))
+            return np.asarray((step > least) & (step > MAX_SLOPE / 2.0 * turn * np.abs(inner)))
+
+        found = in_threads(steep, ((0, 1), (1, 0), (1, 1), (1, -1)))
+    return np.pad(np.logical_or.reduce(found), 1)
 
 
 def _shifted(values: Floats, down: int, right: int) -> Floats:
@@ -90,6 +91,11 @@ def _curvatures(depth: Floats) -> Floats:
     return known if len(known) else np.zeros(1)
 
 
+def coarsening(rows: int, cols: int) -> int:
+    """Return how many samples of a grid are averaged along a row, and along a column."""
+    return ceil(sqrt(rows * cols / MAX_SAMPLES))
+
+
 def coarsened(scan: RangeScan) -> RangeScan:
     """Return a range image of MAX_SAMPLES samples at most.
 
@@ -97,7 +103,7 @@ def coarsened(scan: RangeScan) -> RangeScan:
     resolution.
     """
     rows, cols = scan.points.shape[:2]
-    step = ceil(sqrt(rows * cols / MAX_SAMPLES))
+    step = coarsening(rows, cols)
     if step == 1:
         return scan
     rows, cols = rows // step, cols // step
