@@ -31,7 +31,7 @@ PAGES = 3  # the last one is cut off
 TOOLS = {  # and what shows that it is there
     "Compare": ".compare-handle[data-ready]",
     "Words": ".words text",
-    "3D": ".model-told:has-text('triangles')",
+    "3D": ".model-status:has-text('triangles')",
 }
 HANDS = {
     "Spine": ".spine-tool p:not(:empty)",

@@ -21,7 +21,7 @@ TOOLS = {  # and what shows that it is there
     "compare": ".compare-handle[data-ready]",
     "ruler": ".crosshair",
     "words": ".words text",
-    "model": ".model-told:not(:empty)",
+    "model": ".model-status:not(:empty)",
     "spine": ".spine-tool p:not(:empty)",
     "outline": ".outline-tool li",
     "mask": ".mask-tool li",
@@ -170,7 +170,7 @@ def test_axe_finds_nothing_on_a_page_without_a_model_and_on_one_that_was_not_res
     page.get_by_role("heading", name=look.text("model.unrecorded")).wait_for()
     assert violations(page, axe) == []
     page.get_by_role("button", name=look.text("model.unrecorded.points")).click()
-    page.wait_for_selector(".model-told:not(:empty)")
+    page.wait_for_selector(".model-status:not(:empty)")
     page.locator("#strip-8").click()
     page.get_by_role("heading", name=look.text("page.failed")).wait_for()
     assert violations(page, axe) == []

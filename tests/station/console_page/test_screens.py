@@ -227,7 +227,7 @@ def test_ruler_words_and_model_are_those_of_the_leaf_that_is_shown(show, canned)
     page.get_by_text("120.44 mm").wait_for()
     with page.expect_request("**/api/models/*/mesh?leaf=left.*"):
         tool(page, "3D")
-    page.locator(".model-told", has_text="triangles").wait_for()
+    page.locator(".model-status", has_text="triangles").wait_for()
     with page.expect_request("**/api/models/*/mesh?leaf=right.*"):
         leaf.get_by_role("button", name="right").click()
 
@@ -301,7 +301,7 @@ def test_a_dense_scan_turns_and_a_page_falls_flat(show, canned):
     assert page.evaluate(COUNT_FRAMES, TURNING_MS) > LOOSE_FPS
     for kind, reported in {"Mesh": "15,", "Strain": "15,", "Falling flat": "8 recorded steps"}.items():
         kinds.get_by_role("button", name=kind).click()
-        page.locator(".model-told", has_text=reported).wait_for()
+        page.locator(".model-status", has_text=reported).wait_for()
     page.get_by_role("slider", name="How far").fill("1")
     assert page.get_by_role("slider", name="How far").input_value() == "1"
 

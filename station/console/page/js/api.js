@@ -66,10 +66,10 @@ async function request(method, path, body, signal, more = {}) {
   } catch {
     throw new ApiError(0, { key: "offline" });
   }
-  const told = await answer.json().catch(() => /** @type {any} */ (undefined)); // cut off: a connection that was lost, a wait that was over
-  if (!answer.ok) throw new ApiError(answer.status, told?.error ?? { key: "fault" });
-  if (told === undefined) throw new ApiError(0, { key: "offline" });
-  return told;
+  const found = await answer.json().catch(() => /** @type {any} */ (undefined)); // cut off: a connection that was lost, a wait that was over
+  if (!answer.ok) throw new ApiError(answer.status, found?.error ?? { key: "fault" });
+  if (found === undefined) throw new ApiError(0, { key: "offline" });
+  return found;
 }
 
 export const get = (/** @type {string} */ path, /** @type {AbortSignal} */ signal = undefined) => request("GET", path, undefined, signal);

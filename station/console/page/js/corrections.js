@@ -42,9 +42,9 @@ export function withFields(edits, fields) {
   return table;
 }
 
-/** The value of a field that a page has now, and the layer that gives it: "rule 41", "page"; "" for none. @param {{sources: Source[]}} told @param {string} path @returns {[any, string]} */
-export function present(told, path) {
-  const giving = told.sources.filter(({ edits }) => valueAt(edits, path) !== undefined).at(-1);
+/** The value of a field that a page has now, and the layer that gives it: "rule 41", "page"; "" for none. @param {{sources: Source[]}} found @param {string} path @returns {[any, string]} */
+export function present(found, path) {
+  const giving = found.sources.filter(({ edits }) => valueAt(edits, path) !== undefined).at(-1);
   return giving ? [valueAt(giving.edits, path), giving.source] : [undefined, ""];
 }
 

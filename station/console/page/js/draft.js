@@ -53,9 +53,9 @@ export class Draft {
     this.row = row;
     this.asked += 1;
     const { asked } = this;
-    const told = await getOrNull(`/api/pages/${row.page}/edits`);
-    if (asked !== this.asked || this.sent || !told) return; // newer ones are on their way
-    this.base = told;
+    const answer = await getOrNull(`/api/pages/${row.page}/edits`);
+    if (asked !== this.asked || this.sent || !answer) return; // newer ones are on their way
+    this.base = answer;
     this.changed();
   }
 
@@ -108,8 +108,8 @@ export class Draft {
     const wanted = withFields(edits, this.fields);
     const body = Object.keys(wanted).every((name) => OUTER.has(name)) ? null : { ...wanted, by: { ...edits?.by, tool: "console", saw: restore } };
     try {
-      const told = await put(`/api/pages/${page}/edits`, { edits: body }, { "If-Match": `"${tag}"` });
-      this.settle(page, told, true);
+      const answer = await put(`/api/pages/${page}/edits`, { edits: body }, { "If-Match": `"${tag}"` });
+      this.settle(page, answer, true);
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       if (error.status === 412) this.settle(page, error.data.current, false);
@@ -120,11 +120,11 @@ export class Draft {
     return undefined;
   }
 
-  /** Take over the server's answer, unless another page is looked at by now. @param {number} page @param {PageEdits} told @param {boolean} saved */
-  settle(page, told, saved) {
+  /** Take over the server's answer, unless another page is looked at by now. @param {number} page @param {PageEdits} answer @param {boolean} saved */
+  settle(page, answer, saved) {
     if (saved) sessionStorage.removeItem(keyOf(page));
     if (this.row.page !== page) return;
-    this.base = told;
+    this.base = answer;
     if (saved) this.fields = {};
     this.keep(saved ? t("draft.saved") : "");
   }

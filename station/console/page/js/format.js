@@ -9,10 +9,10 @@ export function number(value, digits = 0) {
   return new Intl.NumberFormat(language(), { maximumFractionDigits: digits }).format(value);
 }
 
-/** A share as a percentage; small ones keep a digit that tells them from nothing. @param {number} share */
-export function percent(share) {
-  const digits = Math.abs(share) < 0.01 && share !== 0 ? 2 : Math.abs(share) < 0.1 ? 1 : 0;
-  return `${number(share * 100, digits)} %`;
+/** A fraction as a percentage; small ones keep a digit that distinguishes them from nothing. @param {number} fraction */
+export function percent(fraction) {
+  const digits = Math.abs(fraction) < 0.01 && fraction !== 0 ? 2 : Math.abs(fraction) < 0.1 ? 1 : 0;
+  return `${number(fraction * 100, digits)} %`;
 }
 
 /** A number of bytes in decimal units. @param {number} count */

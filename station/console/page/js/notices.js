@@ -42,17 +42,17 @@ export function noticeBoard() {
   let drawn = "";
   const update = () => {
     const found = [...wanted()];
-    const told = JSON.stringify(found.map((one) => one.slice(0, 4)));
-    if (told !== drawn) standing.replaceChildren(...found.map((one) => notice(...one)));
-    drawn = told;
+    const shown = JSON.stringify(found.map((one) => one.slice(0, 4)));
+    if (shown !== drawn) standing.replaceChildren(...found.map((one) => notice(...one)));
+    drawn = shown;
     set(board, "tabindex", found.length > MANY ? 0 : null); // the keyboard scrolls what does not fit
   };
   on("state", update);
   on("online", update);
   on("message", (message) => setText(spoken, messageText(message)));
-  const pass = (/** @type {Parameters<typeof notice>} */ ...told) => {
+  const pass = (/** @type {Parameters<typeof notice>} */ ...shown) => {
     clearTimeout(timer);
-    passing.replaceChildren(notice(...told));
+    passing.replaceChildren(notice(...shown));
     timer = setTimeout(() => passing.replaceChildren(), REFUSAL_MS);
   };
   on("refused", (error) => pass("amber", "triangle-alert", t("refused"), errorText(error)));

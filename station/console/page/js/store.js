@@ -20,7 +20,7 @@ export const store = {
 };
 const heardAt = { event: Date.now(), look: Date.now(), lost: /** @type {number} */ (null) }; // lost: since when the station is not heard
 let asking = false;
-let told = 0; // states that came as events
+let received = 0; // states that came as events
 /** @type {Map<number, Row>} */ let late = null; // rows that came as events while all rows are being loaded: newer than that answer may be
 
 /** Call `act` at every event of that name. @template {keyof StoreEvents} E @param {E} name @param {(detail: StoreEvents[E]) => unknown} act */
@@ -122,9 +122,9 @@ function setRow(row) {
 
 /** Ask for the state. One that came as an event meanwhile is newer than the answer may be, and stays. @param {AbortSignal} [signal] */
 async function loadState(signal) {
-  const before = told;
+  const before = received;
   const state = await get("/api/state", signal);
-  if (told === before) setState(state);
+  if (received === before) setState(state);
 }
 
 async function loadAll() {
@@ -147,7 +147,7 @@ export async function follow() {
     setOnline(true);
   });
   heard("reset", () => loadAll().catch(refuseEntry));
-  heard("state", (state) => { told += 1; setState(state); });
+  heard("state", (state) => { received += 1; setState(state); });
   heard("page", ({ page }) => setRow(page));
   heard("pages", loadRows);
   heard("message", addMessage);

@@ -91,7 +91,7 @@ export class Drawing {
     while (this.handles.children.length > count) this.handles.lastChild.remove();
     this.element.hidden = count === 0;
     this.place();
-    this.tell();
+    this.describe();
   }
 
   place() {
@@ -102,7 +102,7 @@ export class Drawing {
     });
   }
 
-  tell() {
+  describe() {
     const { length } = this.points ?? [];
     [...this.handles.children].forEach((element, at) => {
       const [x, y] = this.points[at];
@@ -118,7 +118,7 @@ export class Drawing {
   /** @param {number} at */
   handle(at) {
     /** @type {HTMLElement} */ const element = h("button", { class: "handle", type: "button", on: {
-      focus: () => { this.at = at; this.tell(); },
+      focus: () => { this.at = at; this.describe(); },
       keydown: (event) => this.key(at, event),
       pointerdown: (event) => this.grab(at, element, event),
       pointermove: (event) => { if (element.hasPointerCapture(event.pointerId)) this.drag(at, event); },

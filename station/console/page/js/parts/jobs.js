@@ -21,8 +21,8 @@ function title(job) {
 function exported(job, { valid, problems, missing, files, bytes: size, folder }) {
   const list = h("ul", { class: "downloads" });
   const load = async () => {
-    const told = await attempt(() => get(`/api/jobs/${job.id}/files`));
-    list.replaceChildren(...(told?.files ?? []).map((/** @type {{n: number, name: string, bytes: number}} */ file) => h("li", {},
+    const found = await attempt(() => get(`/api/jobs/${job.id}/files`));
+    list.replaceChildren(...(found?.files ?? []).map((/** @type {{n: number, name: string, bytes: number}} */ file) => h("li", {},
       h("a", { class: "button", href: keyed(`/api/jobs/${job.id}/files/${file.n}`), download: file.name.split("/").pop() }, icon("download"),
         h("span", { class: "button-text", text: file.name })), h("span", { class: "soft", text: bytes(file.bytes) }))));
   };
@@ -95,8 +95,8 @@ export class JobList {
   }
 
   async load() {
-    const told = await attempt(() => get("/api/jobs"));
-    for (const job of [...(told?.jobs ?? [])].reverse()) this.put(job);
+    const found = await attempt(() => get("/api/jobs"));
+    for (const job of [...(found?.jobs ?? [])].reverse()) this.put(job);
     if (!this.jobs.size) this.element.replaceChildren(this.nothing());
   }
 

@@ -18,28 +18,28 @@ function ramp(stops) {
     }));
 }
 
-/** @param {Answers["strain"]} told */
-function strainScale(told) {
-  const { min, max, rms } = told.stretch;
-  return h("div", {}, ramp(told.colours),
-    h("p", { class: "ends" }, h("span", { text: `−${percent(told.end)}` }), h("span", { text: t("strain.none") }), h("span", { text: `+${percent(told.end)}` })),
-    h("p", { class: "soft", text: t("strain.told", { min: percent(min), max: percent(max), rms: percent(rms) }) }));
+/** @param {Answers["strain"]} scale */
+function strainScale(scale) {
+  const { min, max, rms } = scale.stretch;
+  return h("div", {}, ramp(scale.colours),
+    h("p", { class: "ends" }, h("span", { text: `−${percent(scale.end)}` }), h("span", { text: t("strain.none") }), h("span", { text: `+${percent(scale.end)}` })),
+    h("p", { class: "soft", text: t("strain.summary", { min: percent(min), max: percent(max), rms: percent(rms) }) }));
 }
 
 /** Micrometres: a good page is off by some hundredths of a millimetre. */
 const micrometres = (/** @type {number} */ mm) => measure(mm * 1000, "µm");
 
-/** @param {Answers["uncertainty"]} told */
-function uncertaintyScale(told) {
-  const { total, noise, p95 } = told.uncertainty_mm;
-  return h("div", {}, ramp(told.colours),
-    h("p", { class: "ends" }, h("span", { text: "0" }), h("span", { text: micrometres(told.end) })),
-    h("p", { class: "soft", text: t("uncertainty.told", { total: micrometres(total), noise: micrometres(noise), p95: micrometres(p95) }) }));
+/** @param {Answers["uncertainty"]} scale */
+function uncertaintyScale(scale) {
+  const { total, noise, p95 } = scale.uncertainty_mm;
+  return h("div", {}, ramp(scale.colours),
+    h("p", { class: "ends" }, h("span", { text: "0" }), h("span", { text: micrometres(scale.end) })),
+    h("p", { class: "soft", text: t("uncertainty.summary", { total: micrometres(total), noise: micrometres(noise), p95: micrometres(p95) }) }));
 }
 
-/** @param {Answers["coverage"]} told */
-function coverageLegend(told) {
-  return h("ul", { class: "legend" }, told.kinds.map(({ key, colour, fraction }) => {
+/** @param {Answers["coverage"]} scale */
+function coverageLegend(scale) {
+  return h("ul", { class: "legend" }, scale.kinds.map(({ key, colour, fraction }) => {
     const swatch = h("rect", { width: 12, height: 12, rx: 2, class: colour ? "" : "no-colour" });
     if (colour) swatch.style.fill = colour;
     return h("li", {}, h("svg", { viewBox: "0 0 12 12", class: "swatch", "aria-hidden": "true" }, swatch),

@@ -36,12 +36,12 @@ export class ModelView {
       this.canvas, this.dots);
     this.orbit = new Orbit(this.stage, () => this.dirty());
     this.kinds = segmented(t("model.kinds"), KINDS.map(([name, picture]) => [name, t(`model.${name}`), picture]), (kind) => { this.kind = kind; this.load(); });
-    this.told = h("p", { class: "model-told", role: "status" });
+    this.status = h("p", { class: "model-status", role: "status" });
     this.slider = h("input", { type: "range", min: 0, max: 1, step: 0.001, value: 0, "aria-label": t("model.fall"), "data-own-keys": "",
       on: { input: () => { this.play(false); this.fall(Number(this.slider.value)); } } });
     this.player = h("button", { class: "button square", type: "button", on: { click: () => this.play(!this.playing) } }, icon("play"));
     this.empty = h("div", { class: "model-empty", hidden: true });
-    this.element = h("div", { class: "model-view" }, this.stage, this.empty, this.told,
+    this.element = h("div", { class: "model-view" }, this.stage, this.empty, this.status,
       h("div", { class: "model-controls" }, this.kinds.element, this.player, this.slider,
         button("", { icon: "rotate-ccw", kind: "square quiet", label: t("model.reset"), click: () => this.orbit.reset() })));
     this.observer = new ResizeObserver(() => { this.scene?.resize(); this.dirty(); });
@@ -71,7 +71,7 @@ export class ModelView {
     this.slider.hidden = kind !== "flatten";
     this.empty.hidden = true;
     set(this.player, "aria-label", t(kind === "flatten" ? "model.play.fall" : "model.play.turn"));
-    setText(this.told, t("model.loading"));
+    setText(this.status, t("model.loading"));
     this.frames = null;
     this.canvas.hidden = kind === "points";
     this.dots.hidden = kind !== "points";
@@ -106,7 +106,7 @@ export class ModelView {
       : new Uint8Array(vertices.values.length).fill(200);
     if (!wanted()) return;
     this.cloud = new PointCloud(this.dots, vertices.values, colours);
-    setText(this.told, t("model.told.points", { n: number(vertices.shape[0]) }));
+    setText(this.status, t("model.summary.points", { n: number(vertices.shape[0]) }));
   }
 
   async drawMesh(/** @type {Row} */ row, /** @type {() => boolean} */ wanted, look = /** @type {(model: Model) => Promise<Look>} */ (async () => ({ wire: true }))) {
@@ -115,7 +115,7 @@ export class ModelView {
     if (!wanted()) return;
     this.scene.clear();
     this.scene.sheet(model.arrays.vertices.values.slice(), model.arrays.faces.values, chosen);
-    setText(this.told, t("model.told.mesh", { n: number(model.arrays.vertices.shape[0]), m: number(model.arrays.faces.shape[0]) }));
+    setText(this.status, t("model.summary.mesh", { n: number(model.arrays.vertices.shape[0]), m: number(model.arrays.faces.shape[0]) }));
   }
 
   /** @param {Row} row @param {() => boolean} wanted */
@@ -141,7 +141,7 @@ export class ModelView {
     this.scene.clear();
     this.scene.sheet(frames[0].slice(), model.arrays.faces.values, { uv: model.arrays.uv.values, image });
     this.frames = frames;
-    setText(this.told, recorded ? t("model.told.steps", { n: number(frames.length) }) : t("model.told.straight"));
+    setText(this.status, recorded ? t("model.summary.steps", { n: number(frames.length) }) : t("model.summary.straight"));
     this.fall(0);
     this.play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
   }
@@ -193,7 +193,7 @@ export class ModelView {
 
   /** @param {string} title @param {Content} text @param {Content[]} actions */
   fail(title, text, ...actions) {
-    setText(this.told, "");
+    setText(this.status, "");
     this.empty.hidden = false;
     this.empty.replaceChildren(placeholder("model", title, text, ...actions));
   }

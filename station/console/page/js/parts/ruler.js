@@ -17,8 +17,8 @@ export class Ruler {
     this.clicked = (/** @type {{quick: boolean, position: Position}} */ { quick, position }) => { if (quick) this.put(this.viewer.toPage(position)); };
     this.redraw = () => this.draw();
     this.rows = ["page", "sheet", "chord"].map((name) => ({ name, value: h("dd", { text: "–" }) }));
-    this.told = h("p", { class: "soft", role: "status", text: t("ruler.first") });
-    this.element = h("section", { class: "tool-panel", "aria-label": t("tool.ruler") }, this.told,
+    this.status = h("p", { class: "soft", role: "status", text: t("ruler.first") });
+    this.element = h("section", { class: "tool-panel", "aria-label": t("tool.ruler") }, this.status,
       h("dl", { class: "figures" }, this.rows.map(({ name, value }) => h("div", {}, h("dt", { text: t(`ruler.${name}`) }), value))),
       h("div", { class: "row" }, button(t("ruler.here"), { icon: "crosshair", click: () => this.put(this.middle()) }),
         button(t("ruler.clear"), { icon: "x", kind: "quiet", click: () => this.clear() })));
@@ -52,7 +52,7 @@ export class Ruler {
   clear() {
     this.points = [];
     for (const { value } of this.rows) setText(value, "–");
-    setText(this.told, t("ruler.first"));
+    setText(this.status, t("ruler.first"));
     this.draw();
   }
 
@@ -61,22 +61,22 @@ export class Ruler {
     if (this.points.length === 2) this.clear();
     this.points.push(point);
     this.draw();
-    if (this.points.length === 1) return setText(this.told, t("ruler.second"));
+    if (this.points.length === 1) return setText(this.status, t("ruler.second"));
     const [one, two] = this.points.map(({ x, y }) => [x, y].map((value) => (value * MM_PER_INCH) / this.viewer.page.dpi));
-    setText(this.told, t("ruler.measuring"));
+    setText(this.status, t("ruler.measuring"));
     try {
       const query = new URLSearchParams({ x0: String(one[0]), y0: String(one[1]), x1: String(two[0]), y1: String(two[1]), leaf: this.leaf.prefix });
-      this.tell(await get(`/api/models/${this.row.restore}/measure?${query}`));
+      this.showResult(await get(`/api/models/${this.row.restore}/measure?${query}`));
     } catch (error) {
-      if (error.key === "not_recorded") this.tell({ page_mm: Math.hypot(two[0] - one[0], two[1] - one[1]) }, "ruler.unrecorded");
-      else setText(this.told, errorText(error));
+      if (error.key === "not_recorded") this.showResult({ page_mm: Math.hypot(two[0] - one[0], two[1] - one[1]) }, "ruler.unrecorded");
+      else setText(this.status, errorText(error));
     }
   }
 
   /** @param {Record<string, number>} found */
-  tell(found, words = "ruler.told") {
+  showResult(found, words = "ruler.summary") {
     for (const { name, value } of this.rows) setText(value, `${name}_mm` in found ? `${number(found[`${name}_mm`], 2)} mm` : "–");
-    setText(this.told, t(words));
+    setText(this.status, t(words));
   }
 
   draw() {

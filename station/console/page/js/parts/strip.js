@@ -9,10 +9,10 @@ import { current, on, select, sortRows, store } from "../store.js";
 import { t } from "../strings.js";
 
 const WIDTH = 116; // px from one page to the next, as the style sheet has it
-const SPARE = 3; // pages beside those in sight, drawn before they come into it
+const SPARE = 3; // pages next to those in sight, drawn before they come into it
 /** @type {Record<string, string>} */ const LEVELS = { green: "circle-check", amber: "triangle-alert", red: "octagon-alert", "": "circle-help" };
 
-/** The icon of a level: each has its own shape, for eyes that do not tell the colours. @param {string} level */
+/** The icon of a level: each has its own shape, for eyes that do not distinguish the colours. @param {string} level */
 export function levelIcon(level) {
   return LEVELS[level] ?? LEVELS[""];
 }

@@ -62,13 +62,13 @@ export function levelSign(row) {
 /** The lights of a page; `show` takes its row and, when they are known, its findings and notes. */
 export function verdictLights() {
   const list = h("ul", { class: "lights", "aria-label": t("verdict") });
-  const told = h("p", { class: "soft" });
+  const status = h("p", { class: "soft" });
   const noted = h("div", { class: "notes" });
-  const element = h("div", { class: "verdict", tabindex: "0", role: "group", "aria-label": t("verdict") }, told, list, noted);
+  const element = h("div", { class: "verdict", tabindex: "0", role: "group", "aria-label": t("verdict") }, status, list, noted);
   return { element, show: (/** @type {Row} */ row, /** @type {Finding[]} */ findings, /** @type {Details["notes"]} */ notes = null) => {
     const text = !row || row.failed ? "" : row.busy ? t("verdict.waiting") : findings?.length ? "" : t("verdict.none");
-    told.replaceChildren(...(row?.failed ? faultText(row.failed, "page.failed.text") : [text]));
-    set(told, "hidden", !text && !row?.failed);
+    status.replaceChildren(...(row?.failed ? faultText(row.failed, "page.failed.text") : [text]));
+    set(status, "hidden", !text && !row?.failed);
     set(list, "hidden", !findings?.length || Boolean(row?.failed) || null);
     list.replaceChildren(...(findings ?? []).map(line));
     noted.replaceChildren(...(notes ?? []).map(({ name, text }) => h("p", { class: "soft", text: firstOf([`note.${name}`], text) })));

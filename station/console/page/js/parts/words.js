@@ -26,10 +26,10 @@ export class Words {
     /** @type {Hit} */ this.chosen = null;
     this.layer = h("g", { class: "words" });
     this.input = h("input", { type: "search", maxlength: 200, autocomplete: "off", on: { input: () => this.later() } });
-    this.told = h("p", { class: "soft", role: "status" });
+    this.status = h("p", { class: "soft", role: "status" });
     this.hits = h("ul", { class: "hits" });
     this.element = h("section", { class: "tool-panel", "aria-label": t("tool.words") },
-      h("div", { class: "search" }, icon("search"), field(t("words.search"), this.input)), this.told, this.hits);
+      h("div", { class: "search" }, icon("search"), field(t("words.search"), this.input)), this.status, this.hits);
   }
 
   /** @param {Row} row @param {PageLeaf} leaf */
@@ -38,13 +38,13 @@ export class Words {
     this.leaf = leaf;
     this.viewer.over.append(this.layer);
     this.viewer.svg.classList.add("readable");
-    setText(this.told, t("words.loading"));
+    setText(this.status, t("words.loading"));
     try {
       this.words = (await get(`/api/pages/${row.page}/words?leaf=${leaf.prefix}`)).words;
-      setText(this.told, t("words.count", { n: number(this.words.length) }));
+      setText(this.status, t("words.count", { n: number(this.words.length) }));
     } catch (error) {
       this.words = [];
-      setText(this.told, errorText(error));
+      setText(this.status, errorText(error));
     }
     this.draw();
     if (this.query) this.search();
@@ -77,9 +77,9 @@ export class Words {
     try {
       found = await get(`/api/search?q=${encodeURIComponent(this.query)}`);
     } catch (error) {
-      return setText(this.told, errorText(error));
+      return setText(this.status, errorText(error));
     }
-    setText(this.told, t("words.found", { n: number(found.hits.length), read: number(found.pages_with_words), pages: number(found.pages) }));
+    setText(this.status, t("words.found", { n: number(found.hits.length), read: number(found.pages_with_words), pages: number(found.pages) }));
     this.hits.replaceChildren(...found.hits.map((/** @type {Hit} */ hit) => h("li", {},
       button(`${t("page.short", { label: hit.label || hit.page })} · ${hit.text}`, { kind: "quiet hit-button", click: () => this.visit(hit) }))));
     return undefined;
@@ -90,7 +90,7 @@ export class Words {
     return this.row?.page === page && this.leaf.prefix === (part ? `${part}.` : "");
   }
 
-  // What is chosen is drawn with the words: they may be drawn again at any time, as when the page is told to have changed.
+  // What is chosen is drawn with the words: they may be drawn again at any time, as when the page has changed.
   /** @param {Hit} hit */
   async visit(hit) {
     this.chosen = hit;

@@ -1,4 +1,4 @@
-// The batch: whole volumes restored anew while nobody shoots, and their queue.
+// The batch: whole volumes restored again while no one shoots, and their queue.
 
 import { get, post } from "../api.js";
 import { field } from "../dialog.js";
@@ -21,7 +21,7 @@ export default function batchScreen() {
     const job = await attempt(() => post("/api/batch", wanted));
     if (job) jobs.put(job);
   } });
-  const told = () => {
+  const showCount = () => {
     setText(count, t("batch.chosen", { n: number(chosen.size) }));
     able(start, chosen.size ? "" : t("batch.choose"));
   };
@@ -30,7 +30,7 @@ export default function batchScreen() {
     const input = h("input", { type: "checkbox", id: `batch-${session.name}`, disabled: open || Boolean(session.problem), on: { change: () => {
       if (input.checked) chosen.add(session.name);
       else chosen.delete(session.name);
-      told();
+      showCount();
     } } });
     input.checked = chosen.has(session.name);
     return h("li", {}, h("label", { class: "check", for: input.id }, input, h("span", {}, h("strong", { text: session.title || session.name }),
@@ -40,7 +40,7 @@ export default function batchScreen() {
     const sessions = (await attempt(() => get("/api/sessions")))?.sessions ?? [];
     for (const name of chosen) if (!sessions.some((/** @type {Session} */ one) => one.name === name)) chosen.delete(name);
     list.replaceChildren(...(sessions.length ? sessions.map(choice) : [h("li", { class: "soft", text: t("session.none") })]));
-    told();
+    showCount();
   };
   return { enter: () => Promise.all([load(), jobs.load()]),
     element: h("div", { class: "screen plain-screen" },

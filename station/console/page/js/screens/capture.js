@@ -12,7 +12,7 @@ import { levelSign, verdictLights } from "../parts/verdict.js";
 import { current, on, store } from "../store.js";
 import { firstOf, t } from "../strings.js";
 
-const LIMIT = /^at most (\d+) s$/; // the step that tells how much of its time a shot has taken
+const LIMIT = /^at most (\d+) s$/; // the step that shows how much of its time a shot has taken
 
 /** The picture of a page in the space there is, and the way to look at it closely. */
 function pagePane() {
@@ -58,7 +58,7 @@ export default function shootScreen() {
   const sub = h("p", { class: "soft page-sub" });
   const sign = h("div", { class: "sign-place" });
   let view = "page";
-  /** @type {number} */ let judged = null;
+  /** @type {number} */ let checked = null;
   const views = segmented(t("view"), [["page", t("view.page"), "image"], ["preview", t("view.preview"), "eye"]], (key) => showView(key));
   const showView = (/** @type {string} */ key) => {
     view = key;
@@ -73,15 +73,15 @@ export default function shootScreen() {
     sign.replaceChildren(row ? levelSign(row) : "");
     page.show(row);
     // While its findings are fetched a page has none: those of the page before would be taken for its own.
-    if (judged !== row?.page) lights.show(null, null);
-    judged = row?.page;
+    if (checked !== row?.page) lights.show(null, null);
+    checked = row?.page;
     if (!row) return;
     const found = row.level || row.failed ? await details(row) : null;
     if (current()?.page === row.page) lights.show(row, found?.checks, found?.notes);
   };
   for (const event of /** @type {(keyof StoreEvents)[]} */ (["rows", "row", "selected"])) on(event, update);
   on("state", (state) => { steps.show(state.scanner); if (title.textContent === "") update(); });
-  on("preview", (told) => { preview.show(told); if (told && store.state?.scanner.busy !== "capture") showView("preview"); });
+  on("preview", (found) => { preview.show(found); if (found && store.state?.scanner.busy !== "capture") showView("preview"); });
   on("message", (message) => { if (message.key === "stored" || message.key === "verdict") showView("page"); });
   const shoot = actionButton("capture", "capture");
   on("state", (state) => set(shoot, "data-busy", state.scanner.busy));

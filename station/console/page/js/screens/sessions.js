@@ -38,12 +38,12 @@ export function folderName(title) {
 
 /** @param {() => unknown} reload */
 async function newSession(reload) {
-  const told = await attempt(() => get("/api/presets"));
-  if (!told) return;
+  const found = await attempt(() => get("/api/presets"));
+  if (!found) return;
   const title = h("input", { required: true, maxlength: 500, autocomplete: "off" });
   const name = h("input", { required: true, maxlength: 100, pattern: NAME, autocomplete: "off", spellcheck: "false" });
   const [project, organisation] = [h("input", { maxlength: 500 }), h("input", { maxlength: 500 })];
-  const preset = h("select", {}, told.presets.map((/** @type {{name: string}} */ one) => h("option", { value: one.name, text: t(`preset.${one.name}`) })));
+  const preset = h("select", {}, found.presets.map((/** @type {{name: string}} */ one) => h("option", { value: one.name, text: t(`preset.${one.name}`) })));
   let own = false;
   name.addEventListener("input", () => { own = true; });
   title.addEventListener("input", () => { if (!own) name.value = folderName(title.value); });
@@ -94,20 +94,20 @@ function grouped(sessions, reload) {
     h("ul", {}, list.map((/** @type {Session} */ session) => row(session, reload)))));
 }
 
-/** @param {Recovery} told @param {() => void} dismiss */
-function recovery(told, dismiss) {
-  const pages = told.resumed.join(", ");
+/** @param {Recovery} found @param {() => void} dismiss */
+function recovery(found, dismiss) {
+  const pages = found.resumed.join(", ");
   const lines = [
     ["circle-check", t("recovery.kept", { n: number(store.state.session?.pages ?? 0) })],
-    ["circle-check", t(told.completed ? "recovery.completed" : "recovery.whole")],
-    told.resumed.length ? [told.left ? "refresh-cw" : "circle-check", t(told.left ? "recovery.resumed" : "recovery.done", { pages, left: told.left })]
+    ["circle-check", t(found.completed ? "recovery.completed" : "recovery.whole")],
+    found.resumed.length ? [found.left ? "refresh-cw" : "circle-check", t(found.left ? "recovery.resumed" : "recovery.done", { pages, left: found.left })]
       : ["circle-check", t("recovery.nothing")]];
-  const problem = told.problem ? h("li", {}, icon("octagon-alert"), h("span", {}, faultText(told.problem))) : null;
+  const problem = found.problem ? h("li", {}, icon("octagon-alert"), h("span", {}, faultText(found.problem))) : null;
   return h("section", { class: "recovery", "aria-label": t("recovery.title") },
     h("img", { src: "/page/pictures/recovered.svg", alt: "", width: 168, height: 126 }),
     h("div", {}, h("h2", { text: t("recovery.title") }), h("p", { class: "soft", text: t("recovery.text") }),
       h("ul", {}, lines.map(([picture, text]) => h("li", {}, icon(picture), h("span", { text }))), problem),
-      told.resumed.length ? h("progress", { max: told.resumed.length, value: told.resumed.length - told.left, "aria-label": t("recovery.progress") }) : null,
+      found.resumed.length ? h("progress", { max: found.resumed.length, value: found.resumed.length - found.left, "aria-label": t("recovery.progress") }) : null,
       h("div", { class: "row" }, button(t("recovery.go"), { icon: "camera", kind: "primary", click: () => { dismiss(); goTo("capture"); } }))));
 }
 
@@ -118,14 +118,14 @@ export default function sessionsScreen() {
   let dismissed = "";
   const key = () => `${store.state?.session?.name} ${JSON.stringify(store.state?.recovery?.resumed)}`;
   const showRecovery = () => {
-    const told = store.state?.recovery;
-    recovered.replaceChildren(told && dismissed !== key() ? recovery(told, () => { dismissed = key(); }) : "");
+    const found = store.state?.recovery;
+    recovered.replaceChildren(found && dismissed !== key() ? recovery(found, () => { dismissed = key(); }) : "");
   };
   const load = async () => {
-    const told = await attempt(() => get("/api/sessions"));
-    if (!told) return;
-    setText(root, told.root);
-    list.replaceChildren(...(told.sessions.length ? grouped(told.sessions, load)
+    const found = await attempt(() => get("/api/sessions"));
+    if (!found) return;
+    setText(root, found.root);
+    list.replaceChildren(...(found.sessions.length ? grouped(found.sessions, load)
       : [placeholder("shelf", t("session.none"), t("session.none.text"), button(t("session.new"), { icon: "plus", kind: "primary", click: () => newSession(load) }))]));
   };
   const make = button(t("session.new"), { icon: "plus", kind: "primary", click: () => newSession(load) });

@@ -102,14 +102,14 @@ function settingName(setting) {
 export default function settingsScreen() {
   /** @type {Line[]} */ let lines = [];
   const groups = h("div", { class: "groups" });
-  const told = h("p", { class: "soft", role: "status" });
+  const status = h("p", { class: "soft", role: "status" });
   const save = button(t("setting.save"), { icon: "check", kind: "primary", click: () => send() });
   const drop = button(t("setting.drop"), { icon: "x", click: () => { for (const line of lines) { fill(line.setting, line.input, line.setting.value); } changed(); } });
   const changed = () => {
     for (const line of lines) line.show();
     const staged = lines.filter((line) => line.staged).length;
     const differ = lines.filter((line) => line.element.hasAttribute("data-changed")).length;
-    setText(told, staged ? t("setting.staged", { n: staged }) : t("setting.differ", { n: differ }));
+    setText(status, staged ? t("setting.staged", { n: staged }) : t("setting.differ", { n: differ }));
     const why = hindrance();
     able(save, why ? t(why) : staged ? "" : t("setting.same"));
     able(drop, staged ? "" : t("setting.same"));
@@ -127,14 +127,14 @@ export default function settingsScreen() {
     const back = (/** @type {Line} */ line) => (JSON.stringify(line.value) === JSON.stringify(line.setting.preset ?? null) ? null : line.value);
     try {
       show(await put("/api/settings", { values: Object.fromEntries(staged.map((line) => [line.setting.key, back(line)])) }));
-      setText(told, t("setting.saved"));
+      setText(status, t("setting.saved"));
     } catch (error) {
       const line = lines.find((one) => one.setting.key === error.data?.key);
-      setText(line?.wrong ?? told, line ? error.data.text || error.text : errorText(error));
+      setText(line?.wrong ?? status, line ? error.data.text || error.text : errorText(error));
     }
   };
-  const load = () => get("/api/settings").then(show).catch((error) => setText(told, errorText(error)));
+  const load = () => get("/api/settings").then(show).catch((error) => setText(status, errorText(error)));
   for (const event of /** @type {(keyof StoreEvents)[]} */ (["state", "online"])) on(event, changed);
   return { enter: load, element: h("div", { class: "screen plain-screen" },
-    h("div", { class: "screen-head sticky" }, h("div", {}, h("h1", { text: t("screen.settings") }), told), h("div", { class: "row" }, drop, save)), groups) };
+    h("div", { class: "screen-head sticky" }, h("div", {}, h("h1", { text: t("screen.settings") }), status), h("div", { class: "row" }, drop, save)), groups) };
 }
