@@ -27,20 +27,11 @@ from station.archive.formats import Format
 from station.archive.from_session import volume_of
 from station.images.image_metadata import ImageMetadata
 from station.images.png import encode_png
-from station.session import (
-    Event,
-    Session,
-    Volume,
-    add_scan,
-    create_session,
-    decide,
-    open_session,
-    read_session,
-    record_run,
-)
+from station.session import Event, Session, Volume, add_scan, create_session, open_session, read_session
 from station.session.derivation.restoration import PAGE, Run
 from station.session.fixity.repair import repair
 from station.session.fixity.verify import page_of, verify
+from station.session.log.steps import decide, record_run
 
 PAGES = 10
 NOON = datetime(2026, 1, 2, 12, tzinfo=UTC)

@@ -17,21 +17,11 @@ from bench.scratch import scratch_folder
 from drivers.simulated import Facing, Opening, shoot
 from oracles.tiny_scan import tiny_scan
 from restore import PageEdits, RangeScan
-from station.session import (
-    Volume,
-    Writer,
-    add_rule,
-    add_scan,
-    correct,
-    create_session,
-    open_session,
-    record_run,
-    redo,
-    undo,
-)
+from station.session import Volume, Writer, add_rule, add_scan, correct, create_session, open_session, redo, undo
 from station.session.derivation.parameters import inputs_of, outdated_pages, parameters_of
 from station.session.derivation.reproduce import reproduce
 from station.session.derivation.service import Derivation, restore_job
+from station.session.log.steps import record_run
 from station.session.terms.parts import RESTORE, VERDICT
 from station.session.terms.presets import load_preset
 from station.session.terms.rules import Scope, edits_of

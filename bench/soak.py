@@ -24,19 +24,10 @@ from bench.kill.events import in_child
 from bench.scratch import scratch_folder
 from oracles.tiny_scan import tiny_scan
 from station.errors import StationError
-from station.session import (
-    Volume,
-    Writer,
-    add_scan,
-    create_session,
-    decide,
-    open_session,
-    read_session,
-    record_run,
-    undo,
-)
+from station.session import Volume, Writer, add_scan, create_session, open_session, read_session, undo
 from station.session.fixity.verify import verify
 from station.session.leaves.index import pages, reindex, sessions, update
+from station.session.log.steps import decide, record_run
 
 SESSIONS = 8
 TENTHS = 10

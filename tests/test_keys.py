@@ -18,10 +18,10 @@ from restore.edits.finish import finish_page
 from restore.report import Report
 from station.config import StationConfig, TurntableSettings
 from station.run.small_page import small_page
-from station.session import Volume, add_scan, create_session, decide, open_session, scan_path
+from station.session import Volume, add_scan, create_session, open_session, scan_path
 from station.session.derivation.quality import record_verdict
 from station.session.derivation.restoration import RestoreParameters, run_restore
-from station.session.log.steps import record_run
+from station.session.log.steps import decide, record_run
 from station.session.terms.parts import RESTORE
 from station.session.terms.presets import PRESETS, Preset, load_preset
 from station.verdict.thresholds import Thresholds

@@ -29,18 +29,18 @@ from station.session import (
     add_scan,
     correct,
     create_session,
-    decide,
     open_session,
     read_session,
     redo,
     undo,
 )
-from station.session import record_run as record
 from station.session.captures.originals import add_original
 from station.session.derivation.restoration import PAGE, Run
 from station.session.derivation.service import Job, Made
 from station.session.fixity.verify import verify
 from station.session.leaves.index import IndexUnusable, entries_of, reindex, sessions, update
+from station.session.log.steps import decide
+from station.session.log.steps import record_run as record
 from station.session.terms.parts import RESTORE
 from station.session.terms.rules import Scope, edits_of
 from station.verdict.same_page import fingerprint

@@ -25,8 +25,9 @@ from bench.kill.session_runs import ANOTHER, EXPORTED, INDEX, RESULTS, SCAN, STE
 from bench.scratch import scratch_folder
 from station.commands.terminal import report_faults
 from station.errors import StationError
-from station.session import decide, open_session, read_session
+from station.session import open_session, read_session
 from station.session.fixity.verify import verify
+from station.session.log.steps import decide
 from station.storage.folder_lock import WORK
 
 ROW = "{:<10}{:<18}{:>7}{:>7}{:>7}{:>7}  {}"

@@ -19,11 +19,12 @@ from station.capture_loop.loop import CaptureLoop, Show
 from station.capture_loop.turning import turn
 from station.config import StationConfig
 from station.errors import UsageError
-from station.session import Page, Session, Volume, create_session, decide, open_session, read_session
+from station.session import Page, Session, Volume, correct, create_session, open_session, read_session
 from station.session.derivation.keeping import restore_keeping
 from station.session.derivation.service import Done
 from station.session.leaves.leaf import Leaf, leaves_of, picture_of
 from station.session.log.results import Checked, QualityCheck, Restored
+from station.session.operations.description import describe_page
 from station.session.terms.parts import PAGE
 from station.session.terms.presets import load_preset
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured
@@ -119,7 +120,7 @@ def work_shift(folder: Path, station: StationConfig, show: Show) -> list[Opening
         _write_labels(loop, book)
         worked = openings_of(writer.session, book)
         for number in _asked(writer.session):
-            loop.correct(number, PageEdits(layout="split"))
+            loop.change(partial(correct, page=number, edits=PageEdits(layout="split")))
         _finish(loop)
         for page in list(writer.history.pages()):
             loop.press("accept", page=page.number)
@@ -214,5 +215,4 @@ def _write_labels(loop: CaptureLoop, book: Sequence[Mapping[str, Any]]) -> None:
     for page, opening in zip(list(writer.history.pages()), book, strict=True):
         labels = list(opening.get("labels", ()))
         names = ["label_left", "label_right"] if opening.get("kind", "spread") in ("spread", "blank") else ["label"]
-        for name, label in zip(names, labels or [""] * len(names), strict=True):
-            decide(writer, name, label, page=page.number)
+        describe_page(writer, page.number, dict(zip(names, labels or [""] * len(names), strict=True)))

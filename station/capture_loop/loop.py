@@ -18,9 +18,7 @@ from station.session import (
     Event,
     Page,
     Writer,
-    add_rule,
     correct,
-    decide,
     redo,
     undo,
 )
@@ -30,8 +28,9 @@ from station.session.derivation.quality import note_lines, verdict_lines
 from station.session.derivation.service import Derivation, Done, Submit
 from station.session.leaves.leaf import labels_of, missing_labels
 from station.session.log.results import QualityCheck
+from station.session.operations.description import describe_page
 from station.session.terms.parts import PAGE
-from station.session.terms.rules import Scope
+from station.session.terms.rules import EDITS, RULES
 
 Task = Callable[[], None]
 ERASE = "\b\x7f"  # what terminals send for backspace
@@ -258,14 +257,14 @@ class CaptureLoop:
         page = self._current()
         if page is None or page.capture is None:
             return
-        decide(self.writer, "accept", True, page=page.number, on=page.capture)
+        describe_page(self.writer, page.number, {"accept": True})
         self._show_of_page(page.number, "accepted", "accepted")
 
     def _mark(self) -> None:
         page = self._current()
         if page is not None:
             marked = not page.decided.mark
-            decide(self.writer, "mark", marked, page=page.number)
+            describe_page(self.writer, page.number, {"mark": marked})
             self._show_of_page(page.number, *(("marked", "marked") if marked else ("no longer marked", "unmarked")))
 
     def _note(self) -> None:
@@ -294,7 +293,7 @@ class CaptureLoop:
         self._page = self._page if page is None else page
         current = self._current()
         if current is not None:
-            decide(self.writer, "note", text, page=current.number)
+            describe_page(self.writer, current.number, {"note": text})
             self._show_of_page(current.number, f"note: {text}", "note")
 
     def _step(self, step: Event | None, word: str, key: str) -> None:
@@ -306,18 +305,22 @@ class CaptureLoop:
         self._show_of_page(step.page, f"{step.name} {word}", key)
         self.catch_up()
 
-    def correct(self, page: int, edits: PageEdits | None) -> None:
-        """Record corrections of a page, and restore it if none of its restorations has them."""
-        correct(self.writer, page, edits)
-        self._page = page
-        self._show_of_page(page, "corrected", "corrected")
-        self.catch_up()
+    def change(self, operation: Callable[[Writer], Event | None]) -> Event | None:
+        """Have an operation change the session, and restore the pages that it corrects.
 
-    def apply(self, scope: Scope, edits: PageEdits) -> None:
-        """Record a rule for many pages, and restore those that it changes."""
-        event = add_rule(self.writer, scope, edits)
-        self._show_of_page(VOLUME, f"rule {event.number} recorded", "rule")
+        Returns its event, None where nothing changes.
+        """
+        event = operation(self.writer)
+        if event is None or event.name not in (EDITS, RULES):
+            self.changed()
+            return event
+        if event.name == EDITS:
+            self._page = event.page
+            self._show_of_page(event.page, "corrected", "corrected")
+        else:
+            self._show_of_page(VOLUME, f"rule {event.number} recorded", "rule")
         self.catch_up()
+        return event
 
     def _leave(self) -> None:
         self._leaving = True

@@ -35,9 +35,11 @@ def about(
         import json
 
         from station.errors import UsageError
-        from station.session import decide, read_session
+        from station.session import read_session
         from station.session.log.current import about_of
-        from station.session.terms.about import ABOUT, About, changed_about
+        from station.session.operations.description import describe
+        from station.session.operations.tags import description_tag
+        from station.session.terms.about import About, changed_about
         from station.session.terms.about_files import read_about
 
         if clear and (assignments or imported is not None):
@@ -50,7 +52,7 @@ def about(
         wanted = changed_about(wanted, assignments or [])
         if wanted != now and not dry_run:
             with writing(index, session) as writer:
-                decide(writer, ABOUT, wanted.given())
+                describe(writer, wanted, expected=description_tag(stored))
         fields = wanted.given()
         if as_json:
             print_result(json.dumps(fields, indent=2, ensure_ascii=False))

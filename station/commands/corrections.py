@@ -54,8 +54,9 @@ def edits(
         from station.errors import UsageError
         from station.session import read_session
         from station.session.corrections.files import export_edits, import_edits
-        from station.session.corrections.layers import own_edits
+        from station.session.leaves.views import corrections_view
         from station.session.operations.corrections import correct
+        from station.session.operations.tags import corrections_tag
         from station.session.terms.parts import parse_leaf
         from station.session.terms.texts import check_text
 
@@ -81,10 +82,10 @@ def edits(
         if edits is not None:
             edits = edits.made_by(**_by(operator, "cli", shown))
         if dry_run:
-            print_result(_planned(own_edits(stored, shown), edits))
+            print_result(_planned(corrections_view(stored, shown).own, edits))
             return
         with writing(index, session) as writer:
-            correct(writer, number, edits)
+            correct(writer, number, edits, expected=corrections_tag(stored, shown))
             _label(writer, number, labels)
             print_result(_shown(writer.session, writer.history.page(number), as_json))
 
@@ -106,18 +107,19 @@ def apply(
     """
     with report_faults(debug=debug):
         import json
+        from dataclasses import replace
 
         from station.session import read_session
-        from station.session.corrections.scope import planned_rule
-        from station.session.operations.corrections import add_rule
+        from station.session.corrections.scope import parse_rule
+        from station.session.operations.corrections import apply_rule, plan_rule
         from station.session.terms.texts import check_text
 
         check_text("operator", operator)
-        planned = planned_rule(read_session(find_session(index, session)), assignments, to, future=future)
-        edits = planned.edits.made_by(**_by(operator, "rule"))
+        stored = read_session(find_session(index, session))
+        planned = plan_rule(stored, *parse_rule(stored, assignments, to, future=future))
         if not dry_run:
             with writing(index, session) as writer:
-                add_rule(writer, planned.scope, edits)
+                apply_rule(writer, replace(planned, edits=planned.edits.made_by(**_by(operator, "rule"))))
         if as_json:
             print_result(json.dumps({**planned.as_json(), "recorded": not dry_run}, indent=2, ensure_ascii=False))
             return
@@ -142,24 +144,27 @@ def order(
     with report_faults(debug=debug):
         from station.errors import UsageError
         from station.session import read_session
-        from station.session.operations.arrangement import leave_out as leave
-        from station.session.operations.arrangement import move_leaves, note_missing
-        from station.session.terms.texts import check_text
+        from station.session.operations.arrangement import change_leaf, leaves_named, mark_missing, move_leaves
+        from station.session.operations.tags import arrangement_tag
 
         steps = [step for step in (move, leave_out, put_back, missing_before) if step is not None]
         if len(steps) > 1:
             raise UsageError("these steps exclude each other", "give one of them, and the next one after it")
         if (move is None) != (before is None):
             raise UsageError("--move and --before go together", "name both: --move 7 --before 5")
-        if steps:
-            with writing(index, session) as writer:
-                if move is not None and before is not None:
-                    move_leaves(writer, move, before)
-                elif missing_before is not None:
-                    note_missing(writer, missing_before, check_text("label", label))
-                else:
-                    leave(writer, steps[0], out=leave_out is not None)
         stored = read_session(find_session(index, session))
+        if steps:
+            named, tag = leaves_named(stored, steps[0]), arrangement_tag(stored)
+            target = None if before is None else leaves_named(stored, before)[0].name
+            with writing(index, session) as writer:
+                if move is not None:
+                    move_leaves(writer, [leaf.name for leaf in named], target, expected=tag)
+                elif missing_before is not None:
+                    mark_missing(writer, named[0].name, [*named[0].missing, label], expected=tag)
+                else:
+                    for leaf in named:
+                        change_leaf(writer, leaf.name, left_out=leave_out is not None, expected=leaf.tag)
+                stored = writer.session
         print_result(_leaves(stored, as_json))
 
 
@@ -190,6 +195,7 @@ def labels(
         from station.errors import UsageError
         from station.session import read_session
         from station.session.operations.arrangement import leaves_named, set_runs
+        from station.session.operations.tags import arrangement_tag
         from station.session.terms.labels import parse_run
 
         if sum([bool(runs), clear, check_print]) > 1:
@@ -203,7 +209,7 @@ def labels(
             leaves_named(stored, run.start)
         if parsed or clear:
             with writing(index, session) as writer:
-                set_runs(writer, parsed)
+                set_runs(writer, parsed, expected=arrangement_tag(stored))
                 stored = writer.session
         if listed and not as_json:
             decided = stored.history.volume.decided.labels
@@ -252,11 +258,11 @@ def _by(operator: str, tool: str, page: Page | None = None) -> dict[str, Any]:
 
 def _set(session: Session, page: Page, part: str | None, assignments: list[str]) -> PageEdits:
     from station.session.corrections.fields import changed
-    from station.session.corrections.layers import own_edits
+    from station.session.leaves.views import corrections_view
     from station.session.terms.parts import PAGE, parts_to_correct
 
     found = [PAGE] if page.restored is None else list(page.restored.leaves)
-    return changed(own_edits(session, page), assignments, parts_to_correct(found, part))
+    return changed(corrections_view(session, page).own, assignments, parts_to_correct(found, part))
 
 
 def _label(writer: Writer, page: int, labels: dict[str, str]) -> None:
@@ -277,17 +283,18 @@ def _shown(session: Session, page: Page, as_json: bool) -> str:
     """The corrections of a page, each with where it comes from."""
     import json
 
-    from station.session.corrections.layers import effective_edits, layers_of
     from station.session.derivation.parameters import needs_restoration
+    from station.session.leaves.views import corrections_view
 
-    layers = layers_of(session, page)
+    found = corrections_view(session, page)
+    layers, effective = found.layers, found.effective
     outdated = needs_restoration(session, page)
     if as_json:
-        table = {"page": page.number, "edits": effective_edits(session, page), "outdated": outdated}
+        table = {"page": page.number, "edits": effective, "outdated": outdated}
         given = [{"from": name, "edits": layer.given()} for name, layer in layers]
         return json.dumps({**table, "layers": given}, indent=2)
     lines = [f"{name:<10} {', '.join(layer.names)}" for name, layer in layers]
-    lines.append(f"{'applied':<10} {json.dumps(effective_edits(session, page), sort_keys=True)}")
+    lines.append(f"{'applied':<10} {json.dumps(effective, sort_keys=True)}")
     return "\n".join([*lines, *(["outdated   restore it with planish batch"] if outdated else [])])
 
 

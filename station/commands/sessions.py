@@ -178,8 +178,7 @@ def set_(
     """
     with report_faults(debug=debug), writing(index, session) as writer:
         from station.errors import UsageError
-        from station.session import decide
-        from station.session.terms.texts import check_text
+        from station.session.operations.description import describe_page
 
         if position is not None and not math.isfinite(position):
             raise UsageError(f"--position: {position} is not a place", "give a number: 3.5 is between 3 and 4")
@@ -191,11 +190,8 @@ def set_(
             raise UsageError("there is nothing to set", "see planish session set --help")
         if accept is not None and not page:
             raise UsageError("the volume itself is not accepted", "give the number of a page with --accept or --reject")
-        for name, value in values.items():
-            if value is not None:
-                decide(writer, name, check_text(name, value) if isinstance(value, str) else value, page=page)
-        if accept is not None:
-            decide(writer, "accept", accept, page=page, on=capture)
+        wanted = {**values, "accept": accept}
+        describe_page(writer, page, {name: value for name, value in wanted.items() if value is not None})
 
 
 @app.command("undo")

@@ -12,6 +12,7 @@ from drivers.vivid900.errors import PanelError
 from restore import BadInput, RestoreError
 from station.errors import FolderInUse, StationError, UsageError, explain
 from station.session import SessionDamaged
+from station.session.operations.corrections import NotForMany
 
 STATUS = {
     "header": 400,
@@ -127,7 +128,9 @@ def kinds_of(error: BaseException) -> list[str]:
 
 
 def _facts(error: BaseException) -> dict[str, Any]:
-    return {"held_by": error.process} if isinstance(error, FolderInUse) else {}
+    if isinstance(error, FolderInUse):
+        return {"held_by": error.process}
+    return {"field": error.field} if isinstance(error, NotForMany) else {}
 
 
 REPORTED = (StationError, RestoreError, ScannerError, OSError)

@@ -7,9 +7,7 @@ history   pages and pointers: a fold over the events
 bag       tag files as functions of the events
 reading   what the folder holds, and completing what an interrupted writer left
 store     create, read, open for writing; one event at a time
-steps     scans, runs of stages, decisions, undo and redo
-rules     corrections as events hold them
-correcting  corrections made, undo and redo with the restorations that fit
+operations  every change by an operator
 volume    what a session is of
 """
 
@@ -17,7 +15,7 @@ from station.session.captures.scans import add_files, add_scan, scan_path
 from station.session.log.events import VOLUME, Event, Input, slot_of
 from station.session.log.history import History, Page
 from station.session.log.reading import SessionDamaged
-from station.session.log.steps import decide, move, record_run, redo_run, undo_run
+from station.session.log.steps import redo_run, undo_run
 from station.session.log.store import Session, SessionBroken, Writer, create_session, open_session, read_session
 from station.session.operations.corrections import add_rule, correct, redo, undo
 from station.session.terms.volume import Volume
@@ -38,11 +36,8 @@ __all__ = [
     "add_scan",
     "correct",
     "create_session",
-    "decide",
-    "move",
     "open_session",
     "read_session",
-    "record_run",
     "redo",
     "redo_run",
     "scan_path",

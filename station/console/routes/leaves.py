@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from fastapi import APIRouter, Response
 
 from station.console.routes.answers import FAULTS, Acting, Looking, Tag, number_of, tagged
 from station.console.routes.requests import ChangedLeaf, LabelRun, MissingLeaves, MovedLeaves
-from station.console.shown_pages.leaves import shown_leaves
-from station.console.state.arranging import change_leaf, mark_missing, move_leaves, number_from
+from station.console.shown_pages.leaves import shown_leaf, shown_leaves
+from station.console.state.app_state import AppState
+from station.console.state.open_session import Current, Operation
+from station.session.operations.arrangement import change_leaf, mark_missing, move_leaves, number_from
 
 router = APIRouter(prefix="/api", responses=FAULTS)
 
@@ -26,9 +29,8 @@ def order(app_state: Acting, wanted: MovedLeaves, if_match: Tag, response: Respo
 
     412 with the present arrangement where `If-Match` is not its tag.
     """
-    opened = app_state.writable()
-    move_leaves(opened, wanted.leaves, wanted.before, number_of(if_match))
-    return tagged(response, shown_leaves(opened.session))
+    move = partial(move_leaves, moved=wanted.leaves, before=wanted.before, expected=number_of(if_match))
+    return _arranged(app_state, move, response)
 
 
 @router.put("/labels")
@@ -37,17 +39,15 @@ def labels(app_state: Acting, wanted: LabelRun, if_match: Tag, response: Respons
 
     null takes the run away that begins there.
     """
-    opened = app_state.writable()
-    number_from(opened, wanted.leaf, wanted.run, number_of(if_match))
-    return tagged(response, shown_leaves(opened.session))
+    number = partial(number_from, name=wanted.leaf, run=wanted.run, expected=number_of(if_match))
+    return _arranged(app_state, number, response)
 
 
 @router.put("/missing")
 def missing(app_state: Acting, wanted: MissingLeaves, if_match: Tag, response: Response) -> dict[str, Any]:
     """Set the labels of leaf sides that are missing before one, and return all."""
-    opened = app_state.writable()
-    mark_missing(opened, wanted.before, wanted.labels, number_of(if_match))
-    return tagged(response, shown_leaves(opened.session))
+    mark = partial(mark_missing, name=wanted.before, labels=wanted.labels, expected=number_of(if_match))
+    return _arranged(app_state, mark, response)
 
 
 @router.put("/leaves")
@@ -56,6 +56,15 @@ def change(app_state: Acting, wanted: ChangedLeaf, if_match: Tag, response: Resp
 
     412 with the present leaf side where `If-Match` is not its tag.
     """
+    tag, current = number_of(if_match), partial(shown_leaf, name=wanted.leaf)
+    changed = partial(change_leaf, name=wanted.leaf, left_out=wanted.left_out, label=wanted.label, expected=tag)
+    return _arranged(app_state, changed, response, current)
+
+
+def _arranged(
+    app_state: AppState, operation: Operation, response: Response, current: Current = shown_leaves
+) -> dict[str, Any]:
+    """Have an operation arrange the leaf sides, and return all."""
     opened = app_state.writable()
-    change_leaf(opened, wanted.leaf, number_of(if_match), left_out=wanted.left_out, label=wanted.label)
+    opened.change(operation, current)
     return tagged(response, shown_leaves(opened.session))

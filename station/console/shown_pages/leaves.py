@@ -8,8 +8,8 @@ from typing import Any
 
 from station.console.shown_pages.layers import prefix_of
 from station.session import Session
-from station.session.leaves.leaf import MISSING, ORDER, Leaf, leaves_of
-from station.session.terms.labels import LABELS
+from station.session.leaves.leaf import Leaf, leaves_of
+from station.session.operations.tags import arrangement_tag
 
 
 def shown_leaves(session: Session) -> dict[str, Any]:
@@ -24,10 +24,9 @@ def shown_leaves(session: Session) -> dict[str, Any]:
     return {"tag": arrangement_tag(session), "leaves": leaves}
 
 
-def arrangement_tag(session: Session) -> int:
-    """Return the number of the last decision on order, runs and missing leaves, 0 for none."""
-    decisions = session.history.volume.decisions
-    return max((decisions[name].number for name in (ORDER, LABELS, MISSING) if name in decisions), default=0)
+def shown_leaf(session: Session, name: str) -> dict[str, Any]:
+    """Return a leaf side as `shown_leaves` has it."""
+    return next(leaf for leaf in shown_leaves(session)["leaves"] if leaf["name"] == name)
 
 
 def _same_pages(leaves: Sequence[Leaf]) -> Mapping[str, set[str]]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from station.capture_loop.loop import CaptureLoop
 from station.console.shown_pages.rows import rows_of
-from station.session import decide
+from station.session.operations.description import describe_page
 
 SHOTS = frozenset({"capture", "again", "insert"})
 ON_A_PAGE = frozenset({"again", "insert", "accept", "mark", "note", "side"})
@@ -29,14 +30,12 @@ def insert(loop: CaptureLoop, before: int) -> None:
     events = len(loop.writer.history.events)
     loop.press("capture")
     if len(loop.writer.history.events) > events and loop.page is not None:
-        decide(loop.writer, "position", place, page=loop.page)
-        loop.changed()
+        loop.change(partial(describe_page, page=loop.page, values={"position": place}))
 
 
 def set_side(loop: CaptureLoop, page: int, text: str) -> None:
     """Record the side of a page."""
-    decide(loop.writer, "side", text.strip(), page=page)
-    loop.changed()
+    loop.change(partial(describe_page, page=page, values={"side": text.strip()}))
 
 
 DO: Mapping[str, Do] = {

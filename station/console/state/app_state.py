@@ -42,9 +42,9 @@ from station.run.shots import range_image_of
 from station.run.small_page import get_ready
 from station.session.derivation.keeping import restore_keeping
 from station.session.log.current import preset_of
-from station.session.log.facts import SETTINGS
 from station.session.log.reading import VERIFY, SessionDamaged
 from station.session.log.store import Session, read_session, utc
+from station.session.operations.settings import change_settings
 from station.session.terms.presets import Preset
 from station.session.terms.texts import check_text
 from station.verdict.thresholds import Thresholds
@@ -301,7 +301,7 @@ class AppState:
         if opened is None:
             self._unrecorded = changes
         else:
-            opened.decide(SETTINGS, settings.as_decision(changes))
+            opened.change(partial(change_settings, changed=settings.as_decision(changes)))
         self._take_settings()
         self.broadcast.changed()
         return self.all_settings()

@@ -6,7 +6,7 @@ Its capture loop works in a thread, or another process has it and this one reads
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
@@ -15,15 +15,19 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from drivers.scanner import Shot
+from restore import BadInput
 from station.capture_loop.loop import CaptureLoop, Show, Task
 from station.capture_loop.turning import Place, stay
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.rows import Row, rows_of
-from station.session import Session, decide, open_session, read_session
+from station.errors import UsageError
+from station.session import Event, Session, Writer, open_session, read_session
 from station.session.derivation.keeping import restore_keeping
 from station.session.derivation.service import Submit, next_step
 from station.session.log.bag import LOG, TAG_MANIFEST
 from station.session.log.store import identity_of
+from station.session.operations.arrangement import NoSuchLeaf
+from station.session.operations.tags import Stale
 from station.workers.background import background
 
 DECISION_S = 150.0  # for a decision to be recorded: after the shot that is under way, at the latest
@@ -31,6 +35,9 @@ MEASURED = 10  # pages whose size predicts how many more the disk takes
 OUTPUTS = ("model",)  # files of a restoration that the web interface shows, in addition to the preset's
 
 T = TypeVar("T")
+OF_REQUEST = (ConsoleFault, Stale, UsageError, BadInput)  # faults of a request, which end no loop
+Operation = Callable[[Writer], Event | None]
+Current = Callable[[Session], Mapping[str, Any]]
 Restorations = Callable[[], AbstractContextManager[Submit]]
 IN_BACKGROUND: Restorations = partial(background, restore_keeping)
 
@@ -201,23 +208,26 @@ class WritableSession(OpenSession):
                 done.set_result(work(self._running))
             except BaseException as error:
                 done.set_exception(error)
-                if not isinstance(error, ConsoleFault):
+                if not isinstance(error, OF_REQUEST):
                     raise
 
         self.do(task)
         return done.result(DECISION_S)
 
-    def decide(self, name: str, value: object) -> None:
-        """Record a decision on the volume, and wait until it is stored.
+    def change(self, operation: Operation, current: Current = lambda _session: {}) -> Event | None:
+        """Have an operation change the session, and return its event when it is stored.
 
-        Raises OSError when the disk refuses.
+        current: gives what stands, with its tag; for a change with a tag of its own. Raises ConsoleFault with it where
+        that is another one by now, and for what cannot be, UsageError, OSError when the disk refuses.
         """
-
-        def record(loop: CaptureLoop) -> None:
-            decide(loop.writer, name, value)
-            self._listener.changed()
-
-        self.ask(record)
+        try:
+            return self.ask(lambda loop: loop.change(operation))
+        except Stale as error:
+            raise ConsoleFault.changed(str(error), current(self.session)) from error
+        except NoSuchLeaf as error:
+            raise ConsoleFault("no_page", str(error), "load the leaves again") from error
+        except BadInput as error:
+            raise ConsoleFault("invalid", str(error), error.hint) from error
 
     def close(self) -> None:
         """Let the loop end after its current work, and wait.

@@ -13,10 +13,9 @@ from station.session.corrections.layers import own_edits
 from station.session.log.history import CapturedPage
 from station.session.log.store import Session
 from station.session.terms.parts import PARTS, parse_leaf, parse_pages
-from station.session.terms.rules import Scope
+from station.session.terms.rules import Rule, Scope
 
 FOLLOWING = "following:"
-OF_ONE_SCAN = ("spine", "outline")  # fields that fit no other scan
 SIDES: Mapping[str, Literal["left", "right"]] = {"left": "left", "right": "right"}
 
 
@@ -24,13 +23,19 @@ SIDES: Mapping[str, Literal["left", "right"]] = {"left": "left", "right": "right
 class PlannedRule:
     """A rule before it is recorded.
 
-    pages: that it is on. own: page → fields of the rule that the page has itself, and keeps.
+    pages  that it is on → fields of the rule that the page has itself, and keeps.
+    tag    of the rules of the volume that it comes after.
     """
 
     scope: Scope
     edits: PageEdits
-    pages: tuple[int, ...]
-    own: Mapping[int, tuple[str, ...]]
+    pages: Mapping[int, tuple[str, ...]]
+    tag: int
+
+    @property
+    def own(self) -> dict[int, tuple[str, ...]]:
+        """The pages that keep fields of their own."""
+        return {page: fields for page, fields in self.pages.items() if fields}
 
     def as_json(self) -> dict[str, Any]:
         """Return the rule as JSON values."""
@@ -46,13 +51,13 @@ class PlannedRule:
             yield "future     pages that are captured later, too"
 
 
-def planned_rule(session: Session, words: Sequence[str], to: str, *, future: bool) -> PlannedRule:
-    """Plan a rule. words: `FIELD=VALUE`; to: all, left, right, following:PAGE, or `3,5-8`.
+def parse_rule(session: Session, words: Sequence[str], to: str, *, future: bool) -> tuple[Scope, PageEdits]:
+    """Read a rule. words: `FIELD=VALUE`; to: all, left, right, following:PAGE, or `3,5-8`.
 
     Raises UsageError for a field or pages that a rule cannot have, BadInput for a value that cannot be.
     """
     for word in words:
-        if word.partition("=")[0] in OF_ONE_SCAN or word.endswith("="):
+        if word.endswith("="):
             raise UsageError(f"a rule cannot set {word!r}", "set it on each page: planish session edits")
     side = SIDES.get(to)
     edits = changed(PageEdits(), words, [side] if side else PARTS)
@@ -64,8 +69,7 @@ def planned_rule(session: Session, words: Sequence[str], to: str, *, future: boo
         side=side or "any",
         future=future,
     )
-    own = {page.number: kept for page in pages if (kept := kept_fields(own_edits(session, page), edits))}
-    return PlannedRule(scope, edits, tuple(page.number for page in pages), own)
+    return scope, edits
 
 
 def _pages(session: Session, to: str) -> list[CapturedPage]:
@@ -85,6 +89,11 @@ def _pages(session: Session, to: str) -> list[CapturedPage]:
     return [page for page in pages if page.number in wanted]
 
 
-def kept_fields(own: PageEdits, edits: PageEdits) -> tuple[str, ...]:
-    """Return the fields of a rule that a page has itself, and keeps."""
+def pages_of(session: Session, rule: Rule) -> dict[int, tuple[str, ...]]:
+    """Return the pages that a rule is on → the fields of it that a page has itself, and keeps."""
+    pages = (page for page in session.history.pages() if rule.is_on(session.history.shots(page.capture)))
+    return {page.number: _kept_fields(own_edits(session, page), rule.edits) for page in pages}
+
+
+def _kept_fields(own: PageEdits, edits: PageEdits) -> tuple[str, ...]:
     return tuple(name for name in own.names if name in edits.names and not name.endswith(".masks"))

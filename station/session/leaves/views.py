@@ -5,10 +5,12 @@ Each surface takes what it shows from one view of a page.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from station.session.corrections.layers import is_corrected
+from restore import PageEdits
+from station.session.corrections.layers import effective_edits, is_corrected, layers_of, own_edits
 from station.session.derivation.parameters import outdated_pages
 from station.session.leaves.leaf import Leaf, label_of, leaves_by_page
 from station.session.log.history import CapturedPage, Page, Restoration
@@ -94,6 +96,26 @@ def views_of(session: Session) -> Iterator[PageView]:
     for position, leaves in enumerate(leaves_by_page(session).values(), 1):
         page = leaves[0].page
         yield PageView(session, page, position, leaves, page.number in outdated)
+
+
+@dataclass(frozen=True)
+class CorrectionsView:
+    """The corrections of a page as they are shown.
+
+    own        that were made on the page itself.
+    effective  what it is restored with, as JSON values; None where nothing changes its image.
+    layers     each with its source; later ones win.
+    """
+
+    own: PageEdits
+    effective: Mapping[str, Any] | None
+    layers: Sequence[tuple[str, PageEdits]]
+
+
+def corrections_view(session: Session, page: Page) -> CorrectionsView:
+    """Return the corrections of a page."""
+    own, layers = own_edits(session, page), layers_of(session, page)
+    return CorrectionsView(own, effective_edits(session, page), layers)
 
 
 def questions_of(page: Page) -> list[Checked]:

@@ -1,4 +1,8 @@
-"""Change the order of the leaf sides of a volume, leave some out, and note missing ones."""
+"""Arrange the leaf sides of a volume: order, labels, missing ones, and those left out.
+
+expected: the tag of what a change was made from; None for whatever stands. Nothing is recorded, and None returned,
+where nothing changes. Each raises Stale, UsageError for what a volume cannot have, OSError.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +13,17 @@ from station.session.leaves.leaf import LABEL, LEFT_OUT, MISSING, ORDER, Leaf, l
 from station.session.log.events import Event
 from station.session.log.steps import decide
 from station.session.log.store import Session, Writer
-from station.session.terms.labels import LABELS, Missing, Run
+from station.session.operations.tags import arrangement_tag, check_tag
+from station.session.terms.labels import LABELS, MAX_MISSING, MAX_RUNS, Missing, Run
 from station.session.terms.parts import PAGE, parse_leaf
 from station.session.terms.texts import check_text
+
+
+class NoSuchLeaf(UsageError):
+    """Raised for a leaf side that a session lacks."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"the session has no leaf {name}", "planish session show lists them")
 
 
 def leaves_named(session: Session, text: str) -> list[Leaf]:
@@ -19,51 +31,93 @@ def leaves_named(session: Session, text: str) -> list[Leaf]:
     page, part = parse_leaf(text)
     found = [leaf for leaf in leaves_of(session) if leaf.page.number == page and part in (None, leaf.part)]
     if not found:
-        raise UsageError(f"the session has no leaf {text}", "planish session show lists them")
+        raise NoSuchLeaf(text)
     return found
 
 
-def move_leaves(writer: Writer, text: str, before: str) -> Event:
-    """Move leaf sides before another one, and return the event. Raises UsageError, OSError."""
-    moved = [leaf.name for leaf in leaves_named(writer.session, text)]
-    target = leaves_named(writer.session, before)[0].name
-    if target in moved:
-        raise UsageError(f"{text} cannot be before itself", "name another leaf with --before")
-    others = [leaf.name for leaf in leaves_of(writer.session) if leaf.name not in moved]
-    at = others.index(target)
-    return decide(writer, ORDER, [*others[:at], *moved, *others[at:]])
+def leaf_named(session: Session, name: str) -> Leaf:
+    """Return a leaf side by its name. Raises NoSuchLeaf."""
+    for leaf in leaves_of(session):
+        if leaf.name == name:
+            return leaf
+    raise NoSuchLeaf(name)
 
 
-def leave_out(writer: Writer, text: str, *, out: bool) -> list[Event]:
-    """Leave leaf sides out of what is delivered, or put them back. Raises UsageError, OSError."""
-    leaves = leaves_named(writer.session, text)
-    return [decide(writer, _of_part(LEFT_OUT, leaf), out, page=leaf.page.number) for leaf in leaves]
+def move_leaves(
+    writer: Writer, moved: Sequence[str], before: str | None, *, expected: int | None = None
+) -> Event | None:
+    """Move leaf sides before another one, or to the end, as one step."""
+    _check_arrangement(writer, expected)
+    for name in (*moved, *([] if before is None else [before])):
+        leaf_named(writer.session, name)
+    if before in moved:
+        raise UsageError(f"leaf {before} cannot be before itself", "name another leaf")
+    names = [leaf.name for leaf in leaves_of(writer.session)]
+    others = [name for name in names if name not in moved]
+    at = len(others) if before is None else others.index(before)
+    wanted = [*others[:at], *dict.fromkeys(moved), *others[at:]]
+    return None if wanted == names else decide(writer, ORDER, wanted)
 
 
-def note_missing(writer: Writer, before: str, label: str) -> Event:
-    """Note that a leaf side is missing before another one. Raises UsageError, OSError."""
-    target = leaves_named(writer.session, before)[0]
-    return set_missing(writer, target.name, [*target.missing, label])
+def number_from(writer: Writer, name: str, run: Run | None, *, expected: int | None = None) -> Event | None:
+    """Begin a run of labels at a leaf side, or take away the one that begins there."""
+    _check_arrangement(writer, expected)
+    leaf_named(writer.session, name)
+    own = [] if run is None else [run.model_copy(update={"start": name})]
+    return set_runs(writer, [*(one for one in writer.history.volume.decided.labels if one.start != name), *own])
 
 
-def set_missing(writer: Writer, before: str, labels: Sequence[str]) -> Event:
-    """Set the labels of the leaf sides that are missing before another one. Raises OSError."""
-    others = [one for one in writer.history.volume.decided.missing if one.before != before]
-    missing = [*others, *(Missing(before=before, label=label) for label in labels)]
-    return decide(writer, MISSING, [one.model_dump(mode="json") for one in missing])
-
-
-def set_runs(writer: Writer, runs: Sequence[Run]) -> Event:
-    """Number the leaf sides by runs; without any by the preset. Raises OSError."""
+def set_runs(writer: Writer, runs: Sequence[Run], *, expected: int | None = None) -> Event | None:
+    """Number the leaf sides by runs; without any by the preset."""
+    _check_arrangement(writer, expected)
+    _check_count(runs, MAX_RUNS)
+    if list(runs) == list(writer.history.volume.decided.labels):
+        return None
     return decide(writer, LABELS, [run.model_dump(mode="json", by_alias=True) for run in runs])
 
 
+def mark_missing(writer: Writer, name: str, labels: Sequence[str], *, expected: int | None = None) -> Event | None:
+    """Set the labels of the leaf sides that are missing before another one."""
+    texts = [check_text(LABEL, label) for label in labels]
+    _check_arrangement(writer, expected)
+    present = list(leaf_named(writer.session, name).missing)
+    known = writer.history.volume.decided.missing
+    _check_count([*known, *texts], MAX_MISSING + len(present))
+    if present == texts:
+        return None
+    others = [one for one in known if one.before != name]
+    missing = [*others, *(Missing(before=name, label=label) for label in texts)]
+    return decide(writer, MISSING, [one.model_dump(mode="json") for one in missing])
+
+
+def change_leaf(
+    writer: Writer, name: str, *, left_out: bool | None = None, label: str | None = None, expected: int | None = None
+) -> Event | None:
+    """Leave a leaf side out or put it back, and set its label; None leaves it as it is.
+
+    expected: the tag of the leaf side. Returns the last event.
+    """
+    text, event = None if label is None else check_text(LABEL, label), None
+    leaf = leaf_named(writer.session, name)
+    check_tag(expected, leaf.tag, f"leaf {name} was changed meanwhile")
+    if left_out is not None and left_out != leaf.is_left_out:
+        split = leaf.page.restored is not None and leaf.page.restored.is_split
+        slot = f"{LEFT_OUT}_{leaf.part}" if split else LEFT_OUT
+        event = decide(writer, slot, left_out, page=leaf.page.number)
+    if text is not None and text != leaf.label:
+        event = set_label(writer, leaf.page.number, leaf.part, text)
+    return event
+
+
 def set_label(writer: Writer, page: int, part: str, label: str) -> Event:
-    """Set the label of a part of a page. Raises OSError."""
+    """Set the label of a part of a page, which need not be restored yet."""
     return decide(writer, LABEL if part == PAGE else f"{LABEL}_{part}", check_text(LABEL, label), page=page)
 
 
-def _of_part(name: str, leaf: Leaf) -> str:
-    """Return the name of a decision on a leaf side: of its part where the page has several."""
-    split = leaf.page.restored is not None and leaf.page.restored.is_split
-    return f"{name}_{leaf.part}" if split else name
+def _check_arrangement(writer: Writer, expected: int | None) -> None:
+    check_tag(expected, arrangement_tag(writer.session), "the leaves were arranged meanwhile")
+
+
+def _check_count(wanted: Sequence[object], most: int) -> None:
+    if len(wanted) > most:
+        raise UsageError(f"a volume has {most} of them at most", "take others away first")

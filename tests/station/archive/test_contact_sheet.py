@@ -10,8 +10,9 @@ from oracles.tiny_scan import tiny_scan
 from station.archive.contact_sheet import contact_sheet
 from station.cli import main
 from station.images.png import encode_png
-from station.session import Volume, add_scan, create_session, open_session, read_session, record_run
+from station.session import Volume, add_scan, create_session, open_session, read_session
 from station.session.fixity.verify import verify
+from station.session.log.steps import record_run
 from station.session.terms.parts import RESTORE
 
 

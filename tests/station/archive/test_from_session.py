@@ -17,8 +17,9 @@ from station.archive.volume import Role
 from station.archive.xml import PREMIS
 from station.cli import main
 from station.images.png import encode_png
-from station.session import Volume, add_scan, create_session, decide, open_session, read_session, record_run, undo
+from station.session import Volume, add_scan, create_session, open_session, read_session, undo
 from station.session.captures.originals import add_original
+from station.session.log.steps import decide, record_run
 from tests.station.archive.conftest import picture
 from tests.station.conftest import curl_scan
 

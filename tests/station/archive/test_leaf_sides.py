@@ -16,8 +16,9 @@ from station.cli import main
 from station.images.coverage import encode_coverage
 from station.images.pages import read_page
 from station.images.png import encode_png
-from station.session import Volume, add_scan, create_session, decide, open_session, record_run
+from station.session import Volume, add_scan, create_session, open_session
 from station.session.leaves.leaf import leaves_of
+from station.session.log.steps import decide, record_run
 from station.session.operations.corrections import correct
 from station.session.terms.about import ABOUT
 from station.session.terms.labels import LABELS

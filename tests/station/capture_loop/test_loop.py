@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from threading import Event
 
@@ -238,7 +239,7 @@ def test_keys_work_while_corrections_are_carried_to_a_new_scan(book, tiny_scan, 
     with loop_of(book, tiny_scan, Restorer()) as (loop, lines):
         loop.press("capture")
         loop.finish(loop.inbox.get())
-        loop.correct(1, SPINE)
+        loop.change(partial(correct, page=1, edits=SPINE))
         loop.finish(loop.inbox.get())
         loop.press("again")
         assert begun.wait(60)

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import json
+from contextlib import contextmanager
 
 import pytest
 
 from oracles.tiny_scan import tiny_scan
+from restore import PageEdits
 from station.cli import main
-from station.session import Volume, add_scan, create_session, open_session, read_session, record_run
+from station.commands import about, corrections, sessions
+from station.session import Volume, add_rule, add_scan, correct, create_session, open_session, read_session
 from station.session.corrections.layers import effective_edits, own_edits
 from station.session.leaves.leaf import leaves_of
+from station.session.log.steps import record_run
+from station.session.operations.arrangement import change_leaf, mark_missing, move_leaves
+from station.session.operations.description import describe
+from station.session.terms.about import About
 from station.session.terms.parts import RESTORE
+from station.session.terms.rules import Scope
 
 SPLIT = {"parts": {"left": {}, "right": {}}}
 
@@ -177,6 +185,38 @@ def test_runs_of_labels_and_a_leaf_that_is_missing(book, capsys):
     assert "missing   2v" in shown
     assert run("labels", book, "--clear") == 0
     assert labels(book) == ["", "1", "2", "3", "4", "6"]
+
+
+MEANWHILE = {
+    ("edits", "2", "--set", "turn=1"): lambda writer: correct(writer, 2, PageEdits(kind="leaf")),
+    ("edits", "2", "--clear"): lambda writer: add_scan(writer, tiny_scan(9), page=2, facts={}),
+    ("apply", "turn=1", "--to", "all"): lambda writer: add_rule(writer, Scope(), PageEdits(kind="leaf")),
+    ("order", "--move", "4", "--before", "1"): lambda writer: move_leaves(writer, ["1"], None),
+    ("order", "--leave-out", "4"): lambda writer: change_leaf(writer, "4", label="x"),
+    ("order", "--missing-before", "4", "--label", "3"): lambda writer: mark_missing(writer, "4", ["2"]),
+    ("labels", "--run", "from=4"): lambda writer: move_leaves(writer, ["1"], None),
+    ("about", "--set", "title=A"): lambda writer: describe(writer, About(title="B")),
+}
+
+
+@pytest.mark.parametrize(("words", "change"), MEANWHILE.items(), ids=map(" ".join, MEANWHILE))
+def test_a_change_of_what_another_program_changed_meanwhile_is_refused(book, monkeypatch, capsys, words, change):
+    """It comes after the session was read, and before it is opened for writing."""
+    opened = sessions.writing
+
+    @contextmanager
+    def after_another(index, name):
+        with open_session(book) as writer:
+            assert change(writer) is not None
+        with opened(index, name) as writer:
+            yield writer
+
+    for module in (about, corrections):
+        monkeypatch.setattr(module, "writing", after_another)
+    before = events(book)
+    assert run(words[0], book, *words[1:]) == 1
+    assert "meanwhile" in capsys.readouterr().err
+    assert events(book) == before + 1
 
 
 def test_the_words_of_an_operator_are_checked(book):

@@ -12,15 +12,8 @@ from restore import LayoutFinding, PageEdits, save_scan
 from restore.formats import write_obj
 from restore.mesh.triangulate import triangulate
 from station.cli import main
-from station.session import (
-    Volume,
-    add_scan,
-    correct,
-    create_session,
-    open_session,
-    read_session,
-    record_run,
-)
+from station.session import Volume, add_scan, correct, create_session, open_session, read_session
+from station.session.log.steps import record_run
 from station.session.terms.parts import RESTORE
 from tests.restore.layout.conftest import SPINE_MM, shot
 

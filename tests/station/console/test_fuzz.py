@@ -18,9 +18,10 @@ from station.archive.formats import Format
 from station.console import work
 from station.images.tiff import encode_uncertainty
 from station.page_files.model import encode_arrays
-from station.session import Event, Volume, add_scan, create_session, decide, open_session, read_session, record_run
+from station.session import Event, Volume, add_scan, create_session, open_session, read_session
 from station.session.log import bag, reading
 from station.session.log.events import RECORD
+from station.session.log.steps import decide, record_run
 from station.verdict.packed import PACKED_BYTES, pack
 from tests.station.conftest import curl_scan
 from tests.station.console.conftest import GatedScanner, StandInRestorer, serving

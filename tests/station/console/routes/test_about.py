@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from station.console.state.describing import shown_about
+from station.console.routes.about import shown_about
 from station.session import read_session
 from tests.station.console.conftest import wait_for
 from tests.station.console.routes.test_pages import press, shoot

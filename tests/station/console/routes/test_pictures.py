@@ -21,8 +21,9 @@ from station.console.shown_pages.tiles import OVERLAP, TILE
 from station.console.shown_pages.uncertainty import OPACITY
 from station.images.tiff import encode_uncertainty
 from station.page_files.model import decode_arrays, encode_arrays
-from station.session import Volume, add_scan, create_session, open_session, record_run, scan_path
+from station.session import Volume, add_scan, create_session, open_session, scan_path
 from station.session.derivation.restoration import run_restore
+from station.session.log.steps import record_run
 from station.session.terms.parts import RESTORE
 from station.verdict.packed import PACKED_BYTES, pack
 from tests.station.conftest import curl_scan

@@ -7,7 +7,8 @@ import pytest
 from station.console.faults import ConsoleFault
 from station.console.shown_pages import layouts
 from station.console.shown_pages.layouts import Layouts
-from station.session import add_scan, decide, open_session
+from station.session import add_scan, open_session
+from station.session.log.steps import decide
 from tests.station.conftest import curl_scan
 
 

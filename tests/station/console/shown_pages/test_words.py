@@ -8,7 +8,8 @@ import pytest
 
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.words import Word, Words, places_of, plain, read_words
-from station.session import add_scan, open_session, read_session, record_run
+from station.session import add_scan, open_session, read_session
+from station.session.log.steps import record_run
 from station.verdict.packed import PACKED_BYTES, pack
 from station.words.words import ALTO
 from tests.station.conftest import curl_scan

@@ -83,7 +83,7 @@ def test_what_is_pressed_while_a_session_is_being_closed_is_refused_not_lost(roo
     closing.join()
     assert ended == [None]
     with pytest.raises(ConsoleFault, match="is being closed"):
-        writable.decide("settings", {})
+        writable.change(ended.append)
 
 
 def test_the_scanner_is_free_after_a_shot_that_came_too_late(opened, served, monkeypatch):

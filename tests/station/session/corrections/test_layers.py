@@ -5,20 +5,11 @@ from __future__ import annotations
 import pytest
 
 from restore import BadInput
-from station.session import (
-    Volume,
-    add_rule,
-    add_scan,
-    correct,
-    create_session,
-    decide,
-    open_session,
-    read_session,
-    record_run,
-)
+from station.session import Volume, add_rule, add_scan, correct, create_session, open_session, read_session
 from station.session.corrections.layers import effective_edits, is_corrected, layers_of
 from station.session.derivation.parameters import inputs_of, needs_restoration, outdated_pages, parameters_of
 from station.session.log.current import about_of
+from station.session.log.steps import decide, record_run
 from station.session.terms.about import ABOUT
 from station.session.terms.parts import RESTORE
 from station.session.terms.presets import Preset

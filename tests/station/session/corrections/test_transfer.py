@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from drivers.simulated.scene.artwork import Text
-from station.session import add_scan, correct, open_session, record_run, undo
+from station.session import add_scan, correct, open_session, undo
 from station.session.corrections.transfer import carried_edits, register_pages, uncarried
 from station.session.derivation.quality import record_verdict
+from station.session.log.steps import record_run
 from station.session.terms.parts import RESTORE
 from station.session.terms.rules import edits_of
 from station.verdict.same_page import fingerprint

@@ -5,14 +5,16 @@ from __future__ import annotations
 import subprocess
 import sys
 from concurrent.futures import Future
+from functools import partial
 
 import pytest
 
 from drivers.simulated import Facing, Opening, shoot
 from station.capture_loop.loop import CaptureLoop
-from station.session import add_scan, decide, redo, undo
+from station.session import add_scan, correct, redo, undo
 from station.session.derivation.keeping import restore_keeping
 from station.session.log.facts import SETTINGS
+from station.session.log.steps import decide
 from station.session.terms.rules import edits_of
 from tests.restore.layout.conftest import PAGE_MM
 
@@ -55,7 +57,7 @@ def work_off(loop):
 
 
 def corrected(loop, edits):
-    loop.correct(1, edits_of(edits))
+    loop.change(partial(correct, page=1, edits=edits_of(edits)))
     return work_off(loop)
 
 

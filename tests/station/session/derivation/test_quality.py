@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from oracles.tiny_scan import tiny_scan
-from station.session import Volume, Writer, add_scan, create_session, open_session, record_run
+from station.session import Volume, Writer, add_scan, create_session, open_session
 from station.session.derivation.quality import lacks_verdict, note_lines, record_verdict, run_verdict, verdict_lines
 from station.session.log.results import QualityCheck
+from station.session.log.steps import record_run
 from station.session.terms.parts import RESTORE
 from station.session.terms.presets import Preset
 from station.verdict.same_page import fingerprint

@@ -10,10 +10,11 @@ import pytest
 
 from restore import BadInput, PageEdits, Settings
 from station.run.options import RunOptions
-from station.session import add_scan, correct, open_session, record_run, undo, undo_run
+from station.session import add_scan, correct, open_session, undo, undo_run
 from station.session.derivation.parameters import parameters_of
 from station.session.derivation.restoration import Run
 from station.session.derivation.service import Derivation, Done, next_step, restore_job
+from station.session.log.steps import record_run
 from station.session.terms.parts import RESTORE, VERDICT
 from station.verdict.same_page import fingerprint
 

@@ -11,13 +11,14 @@ import pytest
 from oracles.file_faults import KINDS, file_fault
 from restore import BadInput
 from station.errors import FolderInUse
-from station.session import VOLUME, add_scan, decide, open_session, record_run
+from station.session import VOLUME, add_scan, open_session
 from station.session.derivation.reproduce import reproduce
 from station.session.derivation.restoration import Run
 from station.session.fixity.reconcile import reconcile
 from station.session.fixity.repair import repair
 from station.session.fixity.verify import Problem, page_of, verify
 from station.session.log import bag
+from station.session.log.steps import decide, record_run
 from station.session.log.store import read_session
 from station.storage.folder_lock import WORK
 

@@ -11,8 +11,9 @@ from contextlib import closing
 import pytest
 
 from restore import BadInput
-from station.session import Volume, add_scan, create_session, decide, open_session, read_session, record_run
+from station.session import Volume, add_scan, create_session, open_session, read_session
 from station.session.leaves.index import INDEX, IndexUnusable, default_index, find, pages, reindex, sessions, update
+from station.session.log.steps import decide, record_run
 
 
 def test_rebuilt_it_is_equal_to_the_one_that_grew(volume, tiny_scan, tmp_path):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from restore import PageEdits
-from station.session import Volume, add_scan, correct, create_session, decide, open_session, record_run
+from station.session import Volume, add_scan, correct, create_session, open_session
 from station.session.leaves.leaf import labels_of, leaves_of, missing_labels
+from station.session.log.steps import decide, record_run
 from station.session.terms.parts import RESTORE
 from station.session.terms.presets import Preset
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from station.session import add_scan, decide, open_session, undo
+from station.session import add_scan, open_session, undo
 from station.session.leaves.leaf import missing_labels
 from station.session.leaves.overview import overview, overview_lines
+from station.session.log.steps import decide
 
 
 def test_pages_are_listed_in_their_order_with_their_labels(volume, tiny_scan):

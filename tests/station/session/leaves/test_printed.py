@@ -8,8 +8,9 @@ import pytest
 from oracles.tiny_scan import tiny_scan
 from station.images.pages import StoredPage
 from station.images.png import encode_png
-from station.session import Volume, add_scan, create_session, open_session, record_run
+from station.session import Volume, add_scan, create_session, open_session
 from station.session.leaves.printed import Printed, printed_numbers, printed_on
+from station.session.log.steps import record_run
 from station.session.terms.labels import numbers_in
 
 WHITE = np.full((80, 60, 3), 255, np.uint8)

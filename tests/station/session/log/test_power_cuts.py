@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from oracles.power_cut import Disk, watched
-from station.session import Writer, add_scan, decide, open_session, read_session, record_run, undo
+from station.session import Writer, add_scan, open_session, read_session, undo
 from station.session.fixity.verify import verify
 from station.session.log import bag
+from station.session.log.steps import decide, record_run
 from station.storage.folder_lock import WORK
 
 DRAWS = 2  # random states of the disk at each point, beside the one with nothing but what was flushed

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from station.session import add_scan, open_session, record_run, redo_run, undo_run
+from station.session import add_scan, open_session, redo_run, undo_run
+from station.session.log.steps import record_run
 
 
 def test_runs_of_a_stage_are_undone_and_redone_by_themselves(volume, tiny_scan):

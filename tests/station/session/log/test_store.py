@@ -20,15 +20,14 @@ from station.session import (
     add_files,
     add_scan,
     create_session,
-    decide,
     open_session,
     read_session,
-    record_run,
     redo,
     scan_path,
     undo,
 )
 from station.session.log import bag, store
+from station.session.log.steps import decide, record_run
 from station.storage.folder_lock import WORK
 
 EVERY = 61  # bytes between two states that are tried: a record and its manifest line have some hundreds

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from station.errors import UsageError
-from station.session import add_scan, open_session, record_run
+from station.session import add_scan, open_session
 from station.session.leaves.leaf import LEFT_OUT, delivered_leaves, leaves_of
-from station.session.operations.arrangement import leave_out, move_leaves, note_missing
+from station.session.log.steps import record_run
+from station.session.operations.arrangement import change_leaf, mark_missing, move_leaves
 from station.session.terms.parts import RESTORE, parse_pages
 
 
@@ -18,16 +19,15 @@ def names(writer):
 def test_a_decided_order_has_room_for_what_comes_later(volume, tiny_scan):
     with open_session(volume) as writer:
         shots = [add_scan(writer, tiny_scan, facts={}) for _ in range(3)]
-        move_leaves(writer, "3", "1")
+        move_leaves(writer, ["3"], "1")
         assert names(writer) == ["3", "1", "2"]
         add_scan(writer, tiny_scan, facts={})
         assert names(writer) == ["3", "4", "1", "2"]  # after the page that it follows
         record_run(writer, RESTORE, shots[2], parameters={}, result={"parts": {"left": {}, "right": {}}})
         assert names(writer) == ["3/left", "3/right", "4", "1", "2"]
-        move_leaves(writer, "3/left", "2")
+        move_leaves(writer, ["3/left"], "2")
         assert names(writer) == ["3/right", "4", "1", "3/left", "2"]
-        for event in leave_out(writer, "3/right", out=True):
-            assert event.slot == f"{LEFT_OUT}_right"
+        assert change_leaf(writer, "3/right", left_out=True).slot == f"{LEFT_OUT}_right"
         assert [(leaf.name, leaf.position) for leaf in delivered_leaves(writer.session)] == [
             *(("4", 1), ("1", 2), ("3/left", 3), ("2", 4)),
         ]
@@ -37,9 +37,21 @@ def test_missing_leaves_keep_their_number(volume, tiny_scan):
     with open_session(volume) as writer:
         for _ in range(2):
             add_scan(writer, tiny_scan, facts={})
-        note_missing(writer, "2", "2")
-        note_missing(writer, "2", "3")
+        mark_missing(writer, "2", ["2", "3"])
         assert [(leaf.label, leaf.missing) for leaf in leaves_of(writer.session)] == [("1", ()), ("4", ("2", "3"))]
+
+
+def test_leaves_that_are_apart_are_moved_together(volume, tiny_scan):
+    with open_session(volume) as writer:
+        for _ in range(4):
+            add_scan(writer, tiny_scan, facts={})
+        move_leaves(writer, ["4", "2"], "1")
+        assert names(writer) == ["4", "2", "1", "3"]
+        move_leaves(writer, ["4"], None)
+        assert names(writer) == ["2", "1", "3", "4"]
+        with pytest.raises(UsageError, match="before itself"):
+            move_leaves(writer, ["1", "2"], "2")
+        assert names(writer) == ["2", "1", "3", "4"]
 
 
 @pytest.mark.parametrize("text", ["", "a", "0", "3-", "1,,2", "10000"])

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from restore import BadInput, PageEdits
-from station.session import add_rule, add_scan, correct, decide, open_session, redo, undo
+from station.session import add_rule, add_scan, correct, open_session, redo, undo
 from station.session.derivation.fitting import show_fitting
 from station.session.derivation.parameters import needs_restoration, parameters_of
-from station.session.log.steps import record_run
+from station.session.log.steps import decide, record_run
 from station.session.terms.parts import RESTORE
 from station.session.terms.rules import Scope, edits_of
 
