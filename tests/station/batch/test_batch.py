@@ -50,7 +50,7 @@ def test_every_scan_is_restored_or_set_aside_once(scans, tmp_path) -> None:
     assert {path: path.read_bytes() for path in scans.rglob("*") if path.is_file()} == before
     html = report.read_text()
     assert html.index("broken.ply") < html.index("sub/c.ply")
-    assert html.count("<img") == 4
+    assert html.count("<img") == 2 * 4  # the scan and its page
     assert [path.name for path in out.iterdir() if path.name.startswith(".")] == [".planish-plan"]
     again: list = []
     folders(scans, out, again)
