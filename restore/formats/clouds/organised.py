@@ -41,7 +41,7 @@ def organised_scan(path: Path, cloud: Cloud, picture: Bytes | None) -> RangeScan
 
 
 def reported(flying: Mask, points: Floats) -> list[Finding]:
-    """Return a finding of flying pixels (rows, cols) that are not among points (rows, cols, 3)."""
+    """Return the finding of flying pixels (rows, cols) removed from points (rows, cols, 3)."""
     lost = float(flying.sum() / max(flying.sum() + np.isfinite(points[..., 2]).sum(), 1))
     return [Finding.of("flying_pixels", lost)] if lost > NOTABLE else []
 
