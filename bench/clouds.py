@@ -189,7 +189,7 @@ def _pivoted(scan: RangeScan) -> RangeScan | SurfaceMesh:
 
 
 def _damaged(scan: RangeScan, folder: Path, rng: np.random.Generator) -> Iterator[tuple[str, bytes]]:
-    """Yield names and bytes of damaged files: made to do harm, cut, overwritten, with numbers that cannot be."""
+    """Yield names and bytes of damaged files: hostile, cut, overwritten, with impossible numbers."""
     harmful = io.BytesIO()
     np.save(harmful, np.array([{"a": 1}], object), allow_pickle=True)
     yield "pickle.npy", harmful.getvalue()

@@ -44,7 +44,7 @@ TYPES: Mapping[Any, str] = {int: "number", float: "number", str: "text", bool: "
 
 
 class Field(NamedTuple):
-    """A key of the report: its name after those of the tables that it is in, its annotation and its meaning."""
+    """A key of the report: its name after those of its tables, its annotation and its meaning."""
 
     path: tuple[str, ...]
     type: Any

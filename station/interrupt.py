@@ -1,7 +1,6 @@
-"""Ctrl-C while the command is being loaded ends the process at once.
+"""Ctrl-C while a command is being loaded ends the process with the usual lines.
 
-With the lines of every later Ctrl-C. An exception would not do: imports of native libraries, and typer, turn a
-KeyboardInterrupt into something else.
+An exception would not do: imports of native libraries, and typer, turn a KeyboardInterrupt into something else.
 """
 
 from __future__ import annotations

@@ -68,10 +68,7 @@ class _Started:
         return not self.wrapper.from_device and self._moved < self.wrapper.length
 
     def add(self, transfer: Transfer, *, room: int) -> int:
-        """Add a transfer, and return how many bytes were kept.
-
-        As many as fit, but a head in any case.
-        """
+        """Add a transfer; return how many of its bytes were kept, at least its head."""
         if transfer.inward != self.wrapper.from_device:
             return 0
         kept = transfer.data[: max(room, HEAD_LENGTH - len(self._data), 0)]

@@ -19,10 +19,7 @@ class States:
 
 
 def find_states(exchanges: Sequence[Exchange], guesses: Sequence[Guess], checksum: Checksum | None) -> States | None:
-    """Return the first byte that changes as a state does.
-
-    With a release, again before the images, and with every capture.
-    """
+    """Return the first byte that changes with every release, capture and before images."""
     courses = list(_courses(exchanges, guesses))
     if not courses:
         return None

@@ -231,10 +231,9 @@ def _in_its_unit(path: Path, scan: RangeScan, unit: str) -> RangeScan:
 
 
 def _on_range_grid(mesh: PaintedMesh) -> RangeScan | SurfaceMesh:
-    """Return the scan on the range grid of a mesh.
+    """Return the scan on a mesh's range grid; else the mesh, seamless or vertex-coloured.
 
-    Without a grid the mesh without seams, or textured with its vertex colours. Its texture is dropped if it has no
-    coordinates.
+    Its texture is dropped if it has no coordinates.
     """
     colours = mesh.colours if mesh.texture is None else None
     scan = organise(mesh, colours=colours)

@@ -72,10 +72,7 @@ def read_vrml(path: Path, texture: Bytes | None = None) -> PaintedMesh:
 
 
 def write_vrml(scan: RangeScan, path: Path) -> None:
-    """Write the measured samples as the scanner's software does.
-
-    With two decimals, and the picture next to it as PNG.
-    """
+    """Write the measured samples with two decimals, and the picture next to it as PNG."""
     measured = scan.measured
     points = "".join(map("{:.2f} {:.2f} {:.2f},\n".format, *scan.points[measured].T))
     faces = "".join(", ".join(map(str, face)) + ", -1,\n" for part in grid_polygons(measured) for face in part.tolist())

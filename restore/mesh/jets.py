@@ -279,10 +279,7 @@ def row_of(p: int) -> int:
 
 @numba.njit(cache=True, error_model="numpy")
 def _multiply(points: Floats, k: int, products: Floats) -> None:
-    """Write the products of the terms at point k.
-
-    With each other, the lower triangle by rows, and with its height.
-    """
+    """Write the products of the terms at point k, lower triangle by rows, and with height."""
     x, y, z = points[0, k], points[1, k], points[2, k]
     for p, term in enumerate((1.0, x, y, 0.5 * x * x, x * y, 0.5 * y * y)):
         row = row_of(p)

@@ -86,9 +86,9 @@ def _on_patches(points: Floats, jets: Jets, chosen: Ints) -> Floats:
 
 
 def _angle_defect(points: Floats, topology: Topology) -> float:
-    """Return by how much the angles round inner points miss 2π, rad.
+    """Return by how much, rad, angles round inner points (n, 3) of faces (m, 3) miss 2π.
 
-    In total, over points (n, 3) and faces (m, 3). 0 where the faces alone unfold into a plane.
+    0 where the faces alone unfold into a plane.
     """
     angles = corner_angles(topology.faces, topology.sides, straight_lengths(points, topology.edges))
     missing = 2.0 * np.pi - np.bincount(topology.faces.ravel(), angles)

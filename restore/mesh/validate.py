@@ -86,10 +86,9 @@ def _improper(faces: Ints, sides: Sides) -> Mask:
 
 
 def _turned_copies(vertices: Floats, faces: Ints, left_out: Mask) -> Ints:
-    """Return the faces, oriented as their neighbours where they have a copy.
+    """Return the faces; those with an omitted copy (m,) are oriented as their neighbours.
 
-    Only those with a copy that is left out (m,) change. A decimator leaves both sides of a flap, joined to the sheet by
-    one edge: only its normal shows which is up.
+    A decimator leaves both sides of a flap, joined to the sheet by one edge: only its normal shows which is up.
     faces: (m, 3).
     """
     named = np.zeros(len(vertices), bool)

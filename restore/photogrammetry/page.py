@@ -236,10 +236,7 @@ class PageArea:
 def area_of_votes(
     masks: PaperMasks, cameras: Sequence[PhotoCamera], surface: PageSurface, low: Floats, high: Floats
 ) -> PageArea:
-    """Return where the page is on a surface, as most photographs say.
-
-    Between corners low and high (2,) mm.
-    """
+    """Return where a page is on a surface, by votes, between corners low and high (2,) mm."""
     x, y = (np.arange(start + CELL_MM / 2, end, CELL_MM) for start, end in zip(low, high, strict=True))
     places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     fraction, count = masks.votes(cameras, surface.points(places), surface.normals(places))

@@ -197,10 +197,7 @@ def _dense(
 
 
 def _excess(surface: PageSurface, mesh: InterpolatedMesh, places: Floats) -> float | None:
-    """Return the excess area of a mesh at places (n, 2) mm of a surface.
-
-    None of facets, which have no flat page of their own.
-    """
+    """Return the excess area of a mesh at places (n, 2) mm of a surface, None of facets."""
     corners = surface.flat_corners(mesh.vertices, mesh.faces, places)
     return None if corners is None else stretch(mesh.vertices, mesh.faces, corners)
 

@@ -153,10 +153,7 @@ class FacetSheet(Prepared):
         return find_in_bands
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
-        """Return the lens of the scanner, (3,) mm.
-
-        For the virtual view of a mesh that of its own picture.
-        """
+        """Return the lens, (3,) mm, of the scanner, or of a mesh's own picture."""
         origin = self.sheet.rays.origin
         return viewpoint(fine) if origin.any() else origin
 

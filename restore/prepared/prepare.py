@@ -34,10 +34,9 @@ from restore.scan_check import refuse_unusable_image, refuse_unusable_mesh
 
 
 def prepare(scan: RangeScan | SurfaceMesh | ScannedSheet) -> Prepared:
-    """Prepare the page of a scan.
+    """Prepare a scan's page on its range grid, as a mesh without one, or as ordered grid.
 
-    On its range grid, as a mesh where no single view shows all of it, or as an ordered grid. Raises NotEnoughSurface
-    when no piece of surface in the scan could be a page, BadInput for a damaged scan.
+    Raises NotEnoughSurface when no piece of surface in the scan could be a page, BadInput for a damaged scan.
     """
     kind = next(kind for kind in type(scan).__mro__ if kind in PREPARERS)
     return PREPARERS[kind](scan)

@@ -109,10 +109,7 @@ class Prepared(ABC):
         return viewpoint(fine)
 
     def cut_by_samples(self) -> float:
-        """Return the fraction of the border beyond which the page may continue.
-
-        Where no picture decides it.
-        """
+        """Return the fraction of the border that may continue where no picture decides it."""
         return 0.0
 
     def findings_on(self, painting: Painting, coverage: Coverage, dpi: float) -> list[Finding]:

@@ -129,9 +129,8 @@ def edge_mtf50(picture: Bytes, mask: Mask) -> float | None:
 
 
 def mtf50_of(distance: Floats, fraction: Floats, reach: float, level: int = 0) -> float:
-    """Return the frequency at which the spectrum of an edge falls to half.
+    """Return the frequency, cycles per pixel, at which an edge's spectrum falls to half.
 
-    In cycles per pixel, corrected for the averaging of smaller copies.
     distance, fraction: (n,), pixels from the edge, up to `reach`, and the light there.
     level: halvings of the picture, each over two pixels.
     """

@@ -64,10 +64,9 @@ def encode_ply(mesh: SurfaceMesh) -> bytes:
 
 
 def surface_of(scan: RangeScan | SurfaceMesh, within: Mask | None = None) -> SurfaceMesh:
-    """Return the surface of a scan.
+    """Return the surface of a scan; of a range grid, triangles between measured neighbours.
 
-    Of a range grid the triangles between neighbouring samples, where all were measured. A cell with four samples is cut
-    along its shorter diagonal.
+    A cell with four samples is cut along its shorter diagonal.
     within: (rows, cols), the samples that count; all of them when None.
     """
     if isinstance(scan, SurfaceMesh):

@@ -1,7 +1,7 @@
-"""Fetches what the page of the web interface takes from npm.
+"""Fetches what the page takes from npm, pinned by version and digest.
 
-Pinned by version and digest, copied next to the page. `planish serve` does it where something is missing, and
-`python -m station.console.vendored` without a server; a built wheel has the files already.
+`planish serve` does it where something is missing, and `python -m station.console.vendored` without a server; a built
+wheel has the files already.
 """
 
 from __future__ import annotations

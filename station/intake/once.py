@@ -65,12 +65,11 @@ def restore_once(
     causes: Sequence[str] = (),
     memory_is_shared: bool = False,
 ) -> Settled:
-    """Copy a scan to the empty folder `staged` and restore the copy.
+    """Copy a scan to the empty folder `staged` and restore the copy, or quarantine the scan.
 
-    Or quarantine the scan when it cannot be restored.
     causes: how earlier processes that restored it ended, where that is known.
     memory_is_shared: the process has a part of the memory, so that MemoryError is raised, which is not the scan's
-        fault.
+    fault.
     Raises Changed, OSError and other faults that are not the scan's.
     """
     try:

@@ -18,9 +18,9 @@ OUTSIDE = "what lies in a session is its record: choose a place outside it"
 
 
 def is_session(folder: Path) -> bool:
-    """Return whether a folder is that of a session.
+    """Return whether a folder is a session's, also in mid-copy or with its log lost.
 
-    Also while it is copied or when its log is lost. False for one that may not be searched.
+    False for one that may not be searched.
     """
     try:
         return (folder / BAGIT).is_file() and ((folder / LOG).is_file() or (folder / FIRST).is_dir())

@@ -270,10 +270,7 @@ class SimulatedDevice:
         return self._part("colour", self._record.colour, **span)
 
     def _part(self, image: str, block: bytes, *, offset: int | None = None, length: int | None = None) -> bytes:
-        """Return bytes of an image.
-
-        Without an offset those after the last ones, and after the end the first again.
-        """
+        """Return an image's bytes from an offset; without one, the next, then the first again."""
         if not block:
             raise _Refused(NO_DATA)
         start = self._read_so_far.get(image, 0) % len(block) if offset is None else offset

@@ -156,10 +156,7 @@ def _first_nodes(lattice: Lattice, feet: Floats, points: Floats) -> Floats:
 
 
 def _step(lattice: Lattice, bent: Bent, points: Floats, bending: csc_matrix) -> Floats:
-    """Return the Gauss–Newton step of the nodes, (count, 3) mm.
-
-    On lengths, distances of points (n, 3) mm, and bending.
-    """
+    """Return the nodes' Gauss–Newton step, (count, 3) mm, on lengths, (n, 3) mm and bending."""
     nodes, (at, within) = bent.nodes, lattice.cells(bent.feet)
     normals = np.cross(*_tangents(nodes[at], within))
     normals /= np.maximum(np.linalg.norm(normals, axis=1), TINY)[:, None]

@@ -93,10 +93,7 @@ class Words:
         return found
 
     def search(self, session: Session, rows: Sequence[Row], query: str) -> dict[str, Any]:
-        """Find the pages on which a phrase stands.
-
-        With the numbers of its words and the text around the first.
-        """
+        """Find the pages with a phrase, its words' numbers and the text around the first."""
         parts, hits, read = plain(query).split(), list[dict[str, Any]](), 0
         for row in rows:
             event = None if row["restore"] is None else session.history.event(row["restore"])

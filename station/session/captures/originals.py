@@ -37,10 +37,9 @@ class Gathered:
 
 
 def gather(path: Path) -> Gathered:
-    """Return the files of a scan file or of a scan folder.
+    """Return the files of a scan, with those it names and the picture of its name.
 
-    With those that a file names and the picture of its name. Raises BadInput for what is missing or is not a scan,
-    OSError when the folder cannot be read.
+    Raises BadInput for what is missing or is not a scan, OSError when the folder cannot be read.
     """
     if not path.exists():
         raise BadInput(f"{path} does not exist", "check the name and the folder")

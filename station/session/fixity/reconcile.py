@@ -75,10 +75,7 @@ def reconcile(folder: Path, paths: Iterable[str]) -> ReconciledEvents:
 
 
 def _agreed(said: Sequence[Event], listed: str | None) -> Event | None:
-    """Return the event that two of record, log and manifest agree on.
-
-    Without the manifest the only one that is recorded.
-    """
+    """Return the event that two of record, log and manifest agree on, or the only record."""
     for event in said:
         if event.sha512 == listed:
             return event

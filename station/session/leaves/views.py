@@ -119,10 +119,7 @@ def corrections_view(session: Session, page: Page) -> CorrectionsView:
 
 
 def questions_of(page: Page) -> list[Checked]:
-    """Return the checks of a page that a correction answers.
-
-    None of a page that was accepted as it is.
-    """
+    """Return the checks of a page that a correction answers, none of an accepted page."""
     return (
         [] if page.quality is None or page.decided.accept else [one for one in page.quality.checks if one.is_question]
     )

@@ -23,7 +23,7 @@ SINGLE = 1e-6  # relative
 
 @pytest.fixture
 def page():
-    """A page of 120 × 80 mm, stretched by half a per cent across: what lies flat is longer than the surface was."""
+    """A page of 120 × 80 mm, stretched by half a per cent across: flat it is longer."""
     nodes, faces = lattice(np.ones((41, 61), bool), 4)
     upright = nodes[:, ::-1] * [1, -1]
     surface = (upright - upright.min(axis=0)) / np.ptp(upright, axis=0) * [120.0, 80.0]

@@ -30,10 +30,7 @@ class MultiFold:
     creases: tuple[Crease, ...] = ((-75.0, 6.0, 40.0), (-5.0, -4.0, -48.0), (70.0, 8.0, 36.0))
 
     def warp(self, paper: Floats, page_mm: PageSize) -> Floats:
-        """Map points of the flat page to space, (…, 3) mm.
-
-        Each facet moves rigidly with all folds to the left of it.
-        """
+        """Map flat points to space, (…, 3) mm: a facet moves rigidly with the folds to its left."""
         rotations, shifts = self._motions(page_mm)
         facet = sum(self._right_of(crease, paper) > 0 for crease in self.creases) + np.zeros(paper.shape[:-1], int)
         return np.einsum("...ij,...j->...i", rotations[facet][..., :2], paper) + shifts[facet]
@@ -98,10 +95,7 @@ class Miura:
     fold_deg: Annotated[float, Field(ge=0, le=75)] = 30.0
 
     def warp(self, paper: Floats, page_mm: PageSize) -> Floats:  # noqa: ARG002 (the same on every page)
-        """Map points of the flat page to space, (…, 3) mm.
-
-        Each parallelogram is carried by the positions of its corner and sides.
-        """
+        """Map flat points to space, (…, 3) mm: a parallelogram follows its corner and sides."""
         column, row, across, along = self._cell(paper)
         odd_column, odd_row = column % 2, row % 2
         theta, gamma = np.radians(self.fold_deg), np.radians(self.acute_deg)

@@ -32,10 +32,7 @@ class Opening(Bent):
     offset_mm: int = 0
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:  # noqa: ARG002 (the same on every page)
-        """Return the slope (…) rad at the gutter of an opening.
-
-        Falling on the left and rising on the right, as exp(−distance / reach).
-        """
+        """Return the slope (…) rad at a gutter, falling left and rising right: exp(−s / reach)."""
         u = s - self.offset_mm
         left = -np.radians(self.left_deg) * np.exp(u / self.left_reach_mm, where=u < 0, out=np.zeros_like(u))
         right = np.radians(self.right_deg) * np.exp(-u / self.right_reach_mm, where=u >= 0, out=np.zeros_like(u))
