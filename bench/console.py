@@ -26,6 +26,9 @@ from pathlib import Path
 import httpx
 import psutil
 
+from oracles.tiny_scan import tiny_scan
+from station.session import Volume, add_scan, create_session, open_session
+
 TAB = "b" * 16
 IDLE_S = 30.0
 PAGES = 3  # the first one loads what the others find loaded
@@ -33,6 +36,7 @@ STREAMS = 10_000
 AT_A_TIME = 200  # that wait for an answer: what the system's queue for connections takes
 WAIT_S = 300.0
 POLL_S = 0.1
+WAITING, DECISIONS = 3000, 40  # pages of a session that is opened, and corrections of some of them
 SPARE = 500  # descriptors for everything else
 MAX_EXAMPLES = 200  # for each operation
 
@@ -80,6 +84,7 @@ def main(*, short: bool = False) -> None:
         station.browser.post("/api/sessions/bench/open").raise_for_status()
         shots(station)
         idle(station)
+        decisions(station, name, WAITING // 10 if short else WAITING)
         asyncio.run(many_streams(station, STREAMS // 10 if short else STREAMS))
         if not short:
             asked(station)
@@ -124,6 +129,33 @@ def idle(station: Station) -> None:
         time.sleep(IDLE_S)
         share = (sum(used(one) for one in family) - before) / (time.perf_counter() - start)
     print(f"idle, one page open     {share:6.2%} of a core over {IDLE_S:.0f} s, {len(family)} processes")
+
+
+def decisions(station: Station, root: str, pages: int) -> None:
+    """Print how long decisions take while many pages wait to be restored, and how long captures take to be stored."""
+    create_session(Path(root) / "waiting", Volume(title="Waiting"))
+    with open_session(Path(root) / "waiting") as writer:
+        scan = tiny_scan(1)
+        for _ in range(pages):
+            add_scan(writer, scan, facts={})
+    start = time.perf_counter()
+    station.browser.post("/api/sessions/waiting/open").raise_for_status()
+    opened, seconds = time.perf_counter() - start, list[float]()
+    for number in range(1, DECISIONS + 1):
+        page = f"/api/pages/{number * pages // DECISIONS}/edits"
+        tag = station.browser.get(page).json()["tag"]
+        edits = {"parts": {"page": {"rotate_deg": 0.5}}}
+        start = time.perf_counter()
+        station.browser.put(page, json={"edits": edits}, headers={"If-Match": f'"{tag}"'}).raise_for_status()
+        seconds.append(time.perf_counter() - start)
+    left = len(station.browser.get("/api/state").json()["session"]["restoring"])
+    seconds.sort()
+    p50, p95 = (seconds[int(share * (len(seconds) - 1))] for share in (0.5, 0.95))
+    print(
+        f"decisions, {pages} wait    p50 {p50:.2f} s, p95 {p95:.2f} s, worst {seconds[-1]:.2f} s; "
+        f"opened in {opened:.1f} s, {left} left at the end"
+    )
+    station.browser.post("/api/close").raise_for_status()
 
 
 def used(process: psutil.Process) -> float:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from queue import SimpleQueue
 from threading import Thread
 
 from drivers import ScannerError
 from drivers.scanner import Shot
 from restore import BadInput, PageEdits
+from station.capture_loop.inbox import Inbox
 from station.capture_loop.keys import ACTIONS, HELP, Action
 from station.capture_loop.turning import Place, place_of, stay
 from station.session import (
@@ -33,6 +33,7 @@ from station.session.terms.parts import PAGE
 from station.session.terms.rules import EDITS, RULES
 
 Task = Callable[[], None]
+AHEAD = 2  # pages that are handed out: one is restored, and the next one waits for it
 ERASE = "\b\x7f"  # what terminals send for backspace
 
 
@@ -74,7 +75,7 @@ class CaptureLoop:
     submit: Submit
     show: Show
     changed: Callable[[], None] = lambda: None
-    inbox: SimpleQueue[str | Done | Carried | Task] = field(default_factory=SimpleQueue)
+    inbox: Inbox[str | Done | Carried | Task] = field(default_factory=Inbox)
     outputs: tuple[str, ...] = ()
     turn: Callable[[Place], None] = stay
 
@@ -82,6 +83,7 @@ class CaptureLoop:
         self._derivation = Derivation(self.writer, outputs=self.outputs, checked=self._show_quality)
         self._waiting: set[int] = set()
         self._carrying: set[int] = set()
+        self._due: set[int] = set()
         self._noted: set[str] = set()
         self._page: int | None = None
         self._leaving = False
@@ -109,7 +111,7 @@ class CaptureLoop:
     @property
     def is_busy(self) -> bool:
         """Whether a restoration is under way, or corrections are carried over."""
-        return bool(self._waiting or self._carrying)
+        return bool(self._waiting or self._carrying or self._due)
 
     @property
     def page(self) -> int | None:
@@ -119,7 +121,8 @@ class CaptureLoop:
     @property
     def restoring(self) -> list[int]:
         """The pages whose restoration is under way."""
-        return sorted({self.writer.history.event(number).page for number in [*self._waiting, *self._carrying]})
+        events = (self.writer.history.event(number) for number in [*self._waiting, *self._carrying])
+        return sorted({*self._due, *(event.page for event in events)})
 
     def type(self, key: str) -> None:
         """One key of the operator: an action, or a character of a note."""
@@ -154,9 +157,19 @@ class CaptureLoop:
 
     def catch_up(self) -> None:
         """Restore pages that are not as they are corrected, and check the others."""
-        self._restore_due()
+        self._due = {capture.page for capture in self._derivation.due(running=self._waiting)}
+        self._restore_next()
 
-    def _restore_due(self, *, page: int | None = None) -> None:
+    def _restore_next(self) -> None:
+        """Restore the next pages that are due, first those next to the operator's page.
+
+        Few are handed out ahead, so that a page that the operator changes does not wait for hundreds.
+        """
+        while self._due and len(self._waiting) + len(self._carrying) < AHEAD:
+            self._restore_page(min(self._due, key=lambda page: abs(page - (self._page or 0))))
+
+    def _restore_page(self, page: int) -> None:
+        self._due.discard(page)
         for capture in self._derivation.due(page=page, running=self._waiting):
             self._begin(capture)
 
@@ -207,6 +220,7 @@ class CaptureLoop:
             self._show_of_page(capture.page, f"corrections {edits.by.tool}", f"edits_{edits.by.tool}")
         if current == capture and capture.number not in self._waiting:
             self._restore(capture)
+        self._restore_next()
 
     def _begin(self, capture: Event) -> None:
         """Restore a scan, with the corrections of the one that it replaced."""
@@ -222,7 +236,7 @@ class CaptureLoop:
         job = self._derivation.job(capture)
         future = self.submit(job.source, job.parameters, job.folder)
         self._waiting.add(capture.number)
-        future.add_done_callback(lambda done: self.inbox.put(Done(job, done)))
+        future.add_done_callback(lambda done: self.inbox.put_result(Done(job, done)))
 
     def finish(self, done: Done) -> None:
         """Record a restoration, and check its quality.
@@ -245,7 +259,8 @@ class CaptureLoop:
         if settled.quality is not None:
             self._show_quality(capture.page, settled.quality)
         self.changed()
-        self._restore_due(page=capture.page)
+        self._restore_page(capture.page)
+        self._restore_next()
 
     def _show_quality(self, page: int, quality: QualityCheck) -> None:
         new = [line for line in note_lines(quality) if line not in self._noted]  # not with every page
@@ -303,7 +318,10 @@ class CaptureLoop:
         if step.page != VOLUME:
             self._page = step.page
         self._show_of_page(step.page, f"{step.name} {word}", key)
-        self.catch_up()
+        if step.page == VOLUME:
+            self.catch_up()
+        else:
+            self._restore_page(step.page)
 
     def change(self, operation: Callable[[Writer], Event | None]) -> Event | None:
         """Have an operation change the session, and restore the pages that it corrects.
@@ -317,15 +335,16 @@ class CaptureLoop:
         if event.name == EDITS:
             self._page = event.page
             self._show_of_page(event.page, "corrected", "corrected")
+            self._restore_page(event.page)
         else:
             self._show_of_page(VOLUME, f"rule {event.number} recorded", "rule")
-        self.catch_up()
+            self.catch_up()
         return event
 
     def _leave(self) -> None:
         self._leaving = True
-        if self._waiting:
-            count = len(self._waiting)
+        count = len(self._waiting) + len(self._due)
+        if count:
             self.show(Message(f"{count} pages are still being restored; Ctrl-C leaves them for the next shift"))
 
     def _show_of_page(self, page: int, text: str, key: str) -> None:

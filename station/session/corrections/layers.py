@@ -75,6 +75,12 @@ def resolved_edits(session: Session, page: Page) -> PageEdits:
     return _with_layout(_added_up(session, page, None), _layout_of(session))
 
 
+def kind_of(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> str:
+    """Return what a page shows, as it was corrected; empty where nothing was said."""
+    given = (edits for _, edits in reversed(layers_of(session, page, rules)) if "kind" in edits.model_fields_set)
+    return next(given, PageEdits()).kind or ""
+
+
 def effective_edits(session: Session, page: Page, rules: Sequence[Rule] | None = None) -> dict[str, Any] | None:
     """Return what corrects a page, as JSON values, None where nothing changes its image.
 

@@ -22,11 +22,10 @@ def show_fitting(writer: Writer, step: Event | None = None) -> None:
         return
     rules = rules_of(writer.session)
     runs = _runs(writer)
-    for page in list(writer.history.pages()):
-        made = runs.get(slot_of(RESTORE, page.capture), [])
-        if step is not None and step.page not in (VOLUME, page.number):
-            continue
-        if len(made) < 2:  # no other one can be shown
+    pages = writer.history.pages() if step is None or step.page == VOLUME else [writer.history.captured(step.page)]
+    for page in list(pages):
+        made = [] if page is None else runs.get(slot_of(RESTORE, page.capture), [])
+        if page is None or len(made) < 2:  # no other one can be shown
             continue
         edits = effective_edits(writer.session, page, rules)
         if page.restoration is not None and page.restoration.edits == edits:

@@ -11,7 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TypeVar
 
-from station.session.corrections.layers import effective_edits, rules_of
+from station.session.corrections.layers import kind_of, rules_of
 from station.session.log.current import about_of, preset_of
 from station.session.log.history import CapturedPage
 from station.session.log.results import Checked, Restored
@@ -163,7 +163,7 @@ def _found(session: Session) -> Iterator[Leaf]:
     rules = rules_of(session)
     order = -1 if about_of(session.history).direction == RTL else 1
     for page in session.history.pages():
-        kind = str((effective_edits(session, page, rules) or {}).get("kind", ""))
+        kind = kind_of(session, page, rules)
         parts = {PAGE: None} if page.restored is None else page.restored.leaves
         for part, restored in list(parts.items())[::order]:
             yield Leaf(page, part, 0, (), "", kind, restored)

@@ -22,7 +22,7 @@ from station.session.corrections.transfer import carried_edits
 from station.session.derivation.restoration import Run
 from station.session.fixity.verify import verify
 from station.session.terms.presets import load_preset
-from station.session.terms.rules import edits_of
+from station.session.terms.rules import Scope, edits_of
 from station.verdict.same_page import fingerprint
 from tests.station.conftest import GOOD
 
@@ -267,3 +267,36 @@ def test_a_shift_that_ended_before_corrections_were_carried_carries_them(book, t
     lines = work(book, tiny_scan, Restorer(), "u")  # and what was undone is not carried again
     assert not pages(book)[0].decided.edits
     assert "page 1 [1r]: corrections carried" not in work(book, tiny_scan, Restorer(), "")
+
+
+def test_a_person_is_served_before_the_pages_that_are_due(book, tiny_scan):
+    with open_session(book) as writer:
+        for _ in range(6):
+            add_scan(writer, tiny_scan, facts={})
+    restorer = Restorer()
+    restorer.hold = True
+    with loop_of(book, tiny_scan, restorer) as (loop, lines):
+        loop.catch_up()
+        assert (restorer.calls, loop.restoring) == (2, [1, 2, 3, 4, 5, 6])
+        loop.correct(5, PageEdits(layout="whole"))
+        assert restorer.calls == 3
+        restorer.hold = False
+        restorer.release()  # three results wait before the keys
+        for key in "mq":
+            loop.inbox.put(key)
+        loop.run()
+        restored = [event.page for event in loop.writer.history.events if event.name == "restore"]
+    assert lines.index("page 6 [3v]: marked") < next(at for at, line in enumerate(lines) if "GREEN" in line)
+    assert "6 pages are still being restored; Ctrl-C leaves them for the next shift" in lines
+    assert restored == [1, 2, 5, 6, 4, 3]  # those next to the operator's page first
+
+
+def test_a_page_that_was_corrected_back_is_not_restored(book, tiny_scan):
+    restorer = Restorer()
+    work(book, tiny_scan, restorer, "   ")
+    with loop_of(book, tiny_scan, restorer) as (loop, _):
+        restorer.hold = True
+        loop.apply(Scope(), PageEdits(layout="whole", kind="plate"))
+        assert (restorer.calls, loop.restoring) == (5, [1, 2, 3])
+        loop.press("undo")
+        assert loop.restoring == [1, 2]  # those that were handed out
