@@ -16,7 +16,7 @@ from station.console.shown_pages.corrections import corrections_of, shown_page
 from station.session import correct
 from station.session.corrections.scope import pages_of
 from station.session.operations.corrections import apply_rule, plan_rule
-from station.session.terms.rules import Scope, Table, edits_of
+from station.session.terms.rules import Scope, Table, edits_of, recorded
 
 HINT = "see docs/how-to/opened-books.md for the fields"
 
@@ -74,8 +74,10 @@ def _shown(pages: Mapping[int, Sequence[str]]) -> dict[str, Any]:
 
 
 def _given(edits: Table) -> PageEdits:
-    """Return the corrections that were given. Raises ConsoleFault."""
+    """Return corrections that can be recorded. Raises ConsoleFault."""
     try:
-        return edits_of(edits)
+        given = edits_of(edits)
+        recorded(given)
     except BadInput as error:
         raise ConsoleFault("invalid", str(error), HINT) from error
+    return given

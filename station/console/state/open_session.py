@@ -21,7 +21,7 @@ from station.capture_loop.turning import Place, stay
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.rows import Row, rows_of
 from station.errors import UsageError
-from station.session import Event, Session, Writer, open_session, read_session
+from station.session import Event, Session, SessionBroken, Writer, open_session, read_session
 from station.session.derivation.keeping import restore_keeping
 from station.session.derivation.service import Submit, next_step
 from station.session.log.bag import LOG, TAG_MANIFEST
@@ -35,7 +35,6 @@ MEASURED = 10  # pages whose size predicts how many more the disk takes
 OUTPUTS = ("model",)  # files of a restoration that the web interface shows, in addition to the preset's
 
 T = TypeVar("T")
-OF_REQUEST = (ConsoleFault, Stale, UsageError, BadInput)  # faults of a request, which end no loop
 Operation = Callable[[Writer], Event | None]
 Current = Callable[[Session], Mapping[str, Any]]
 Restorations = Callable[[], AbstractContextManager[Submit]]
@@ -199,7 +198,7 @@ class WritableSession(OpenSession):
     def ask(self, work: Callable[[CaptureLoop], T]) -> T:
         """Have something done by the loop, and return its result when it is stored.
 
-        A fault of the request does not end the loop. Raises OSError when the disk refuses.
+        A fault costs the request and not the loop, except one of the disk. Raises OSError, what the work raises.
         """
         done: Future[T] = Future()
 
@@ -208,7 +207,7 @@ class WritableSession(OpenSession):
                 done.set_result(work(self._running))
             except BaseException as error:
                 done.set_exception(error)
-                if not isinstance(error, OF_REQUEST):
+                if isinstance(error, OSError | SessionBroken) or not isinstance(error, Exception):
                     raise
 
         self.do(task)

@@ -14,6 +14,7 @@ from restore import BadInput
 from station.session.terms.about import About, about_from
 from station.storage.given_file import read_given
 
+MAX_DOTS = 1000  # in a line: the memory that a dotted key takes grows with their square
 MAX_BYTES = 2**20  # of a file: a record of a library catalogue has some kilobytes
 MODS = "http://www.loc.gov/mods/v3"
 DC = "http://purl.org/dc/elements/1.1/"
@@ -37,7 +38,11 @@ def read_about(path: Path) -> About:
     data = read_given(path, MAX_BYTES, str(path), HINT)
     if path.suffix.lower() == ".toml":
         try:
+            if any(line.count(b".") > MAX_DOTS for line in data.splitlines()):
+                raise BadInput(f"{path}: a line holds more than {MAX_DOTS} dots", HINT)
             return about_from(tomllib.loads(data.decode()), str(path))
+        except RecursionError as error:
+            raise BadInput(f"{path}: its values are nested too deeply", HINT) from error
         except ValueError as error:  # TOMLDecodeError, UnicodeDecodeError
             raise BadInput(f"{path} is not a TOML file: {error}", HINT) from error
     return about_from(_of_xml(data, path), str(path))

@@ -278,7 +278,7 @@ def test_a_person_is_served_before_the_pages_that_are_due(book, tiny_scan):
     with loop_of(book, tiny_scan, restorer) as (loop, lines):
         loop.catch_up()
         assert (restorer.calls, loop.restoring) == (2, [1, 2, 3, 4, 5, 6])
-        loop.correct(5, PageEdits(layout="whole"))
+        loop.change(partial(correct, page=5, edits=PageEdits(layout="whole")))
         assert restorer.calls == 3
         restorer.hold = False
         restorer.release()  # three results wait before the keys
@@ -296,7 +296,7 @@ def test_a_page_that_was_corrected_back_is_not_restored(book, tiny_scan):
     work(book, tiny_scan, restorer, "   ")
     with loop_of(book, tiny_scan, restorer) as (loop, _):
         restorer.hold = True
-        loop.apply(Scope(), PageEdits(layout="whole", kind="plate"))
+        loop.change(partial(add_rule, scope=Scope(), edits=PageEdits(layout="whole", kind="plate")))
         assert (restorer.calls, loop.restoring) == (5, [1, 2, 3])
         loop.press("undo")
         assert loop.restoring == [1, 2]  # those that were handed out

@@ -100,6 +100,9 @@ HOSTILE = {
         {"what": "remove", "polygon": [[n, n] for n in range(200)]}] * 4} for p in ("left", "right", "page")}},
     "settings that are none": {"parts": {"page": {"settings": {"dpi": -3}}}},
     "a parts list": {"parts": []},
+    "a box that rounds to nothing": {"parts": {"page": {"crop": {"mode": "box", "box": [5, 5, 5.0000001, 9]}}}},
+    "a size that rounds to nothing": {"parts": {"page": {"size_mm": [0.001, 9]}}},
+    "corrections in space": {"frame": "space"},
 }  # fmt: skip
 
 

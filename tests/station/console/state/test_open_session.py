@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from restore import RangeScan
+from restore import BadInput, RangeScan
 from station.console.faults import ConsoleFault
 from station.console.state.open_session import Listener, OpenSession, WritableSession
 from station.errors import FolderInUse
@@ -103,3 +103,16 @@ def test_texts_hold_no_control_characters(opened, served, action, text, status):
     wait_for(lambda: [row["level"] for row in served.app_state.open_session.rows()] == ["green"])
     answer = opened.post("/api/press", json={"action": action, "page": 1, "text": text})
     assert answer.status_code == status
+
+
+def test_a_fault_costs_the_decision_and_not_the_session(opened, served):
+    writable = served.app_state.open_session
+    for error in (ZeroDivisionError("a fault of the program"), BadInput("a value", "")):
+
+        def fail(_loop, error=error):
+            raise error
+
+        with pytest.raises(type(error)):
+            writable.ask(fail)
+    assert opened.post("/api/press", json={"action": "capture"}).status_code == 202
+    wait_for(lambda: [row["level"] for row in writable.rows()] == ["green"])

@@ -85,6 +85,12 @@ def test_a_hostile_record_is_refused(tmp_path, text, reason):
         read(tmp_path, text)
 
 
+@pytest.mark.parametrize("text", [".".join(["a"] * 100_000) + " = 1", "a = " + "[" * 5000 + "]" * 5000])
+def test_a_table_that_would_take_all_memory_is_refused(tmp_path, text):
+    with pytest.raises(BadInput, match=r"dots|nested"):
+        read(tmp_path, text, "about.toml")
+
+
 def test_fields_are_set_and_taken_away():
     about = changed_about(About(title="A"), ["creators=B; C", "identifiers=ppn:1; 2", "title="])
     assert about.given() == {"creators": ["B", "C"], "identifiers": [{"scheme": "ppn", "value": "1"}, {"value": "2"}]}
