@@ -2,8 +2,8 @@
 
 Starts `planish serve` before the simulated station, in a folder of its own, and prints: how long until it answers; what
 an idle server with one page open takes of a core; the time from the shutter to the verdict beside that of the shot;
-what 10,000 streams of events that are kept open at once get, and what other requests get meanwhile; what schemathesis
-finds.
+how long corrections take while many pages are due; what 10,000 streams of events that are kept open at once get, and
+what other requests get meanwhile; what schemathesis finds.
 """
 
 from __future__ import annotations
@@ -18,16 +18,22 @@ import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Future
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import httpx
 import psutil
 
 from oracles.tiny_scan import tiny_scan
-from station.session import Volume, add_scan, create_session, open_session
+from restore import PageEdits
+from station.console.state.open_session import Listener, WritableSession
+from station.session import Volume, add_scan, correct, create_session, open_session
+from station.session.derivation.restoration import Run
 
 TAB = "b" * 16
 IDLE_S = 30.0
@@ -36,7 +42,7 @@ STREAMS = 10_000
 AT_A_TIME = 200  # that wait for an answer: what the system's queue for connections takes
 WAIT_S = 300.0
 POLL_S = 0.1
-WAITING, DECISIONS = 3000, 40  # pages of a session that is opened, and corrections of some of them
+DUE, DECISIONS = 3000, 40  # pages of a session that is opened, and corrections of some of them
 SPARE = 500  # descriptors for everything else
 MAX_EXAMPLES = 200  # for each operation
 
@@ -84,7 +90,7 @@ def main(*, short: bool = False) -> None:
         station.browser.post("/api/sessions/bench/open").raise_for_status()
         shots(station)
         idle(station)
-        decisions(station, name, WAITING // 10 if short else WAITING)
+        decisions(DUE // 10 if short else DUE)
         asyncio.run(many_streams(station, STREAMS // 10 if short else STREAMS))
         if not short:
             asked(station)
@@ -131,31 +137,37 @@ def idle(station: Station) -> None:
     print(f"idle, one page open     {share:6.2%} of a core over {IDLE_S:.0f} s, {len(family)} processes")
 
 
-def decisions(station: Station, root: str, pages: int) -> None:
-    """Print how long decisions take while many pages wait to be restored, and how long captures take to be stored."""
-    create_session(Path(root) / "waiting", Volume(title="Waiting"))
-    with open_session(Path(root) / "waiting") as writer:
-        scan = tiny_scan(1)
-        for _ in range(pages):
-            add_scan(writer, scan, facts={})
-    start = time.perf_counter()
-    station.browser.post("/api/sessions/waiting/open").raise_for_status()
-    opened, seconds = time.perf_counter() - start, list[float]()
-    for number in range(1, DECISIONS + 1):
-        page = f"/api/pages/{number * pages // DECISIONS}/edits"
-        tag = station.browser.get(page).json()["tag"]
-        edits = {"parts": {"page": {"rotate_deg": 0.5}}}
-        start = time.perf_counter()
-        station.browser.put(page, json={"edits": edits}, headers={"If-Match": f'"{tag}"'}).raise_for_status()
-        seconds.append(time.perf_counter() - start)
-    left = len(station.browser.get("/api/state").json()["session"]["restoring"])
-    seconds.sort()
-    p50, p95 = (seconds[int(share * (len(seconds) - 1))] for share in (0.5, 0.95))
+def decisions(pages: int) -> None:
+    """Print how long corrections take while many pages are due, each of which is restored at once."""
+    with tempfile.TemporaryDirectory() as name:
+        folder, scan, seconds = Path(name) / "waiting", tiny_scan(1), list[float]()
+        create_session(folder, Volume(title="Waiting"))
+        with open_session(folder) as writer:
+            for _ in range(pages):
+                add_scan(writer, scan, facts={})
+        listener = Listener(lambda _line: None, lambda: None, lambda _error: None)
+        opened = WritableSession(folder, None, listener, restorations=lambda: nullcontext(restored_at_once))
+        opened.start()
+        for number in range(1, DECISIONS + 1):
+            page, edits, start = number * pages // DECISIONS, PageEdits(kind="plate"), time.perf_counter()
+            opened.change(partial(correct, page=page, edits=edits))
+            seconds.append(time.perf_counter() - start)
+        left = len(opened.restoring)
+        opened.close()
+    first, later = seconds[0], sorted(seconds[1:])
+    p50, p95 = (later[int(part * (len(later) - 1))] for part in (0.5, 0.95))
     print(
-        f"decisions, {pages} wait    p50 {p50:.2f} s, p95 {p95:.2f} s, worst {seconds[-1]:.2f} s; "
-        f"opened in {opened:.1f} s, {left} left at the end"
+        f"corrections, {pages} due   the first {first:.2f} s, then p50 {p50:.3f} s, p95 {p95:.3f} s, "
+        f"worst {later[-1]:.3f} s; {left} pages are left"
     )
-    station.browser.post("/api/close").raise_for_status()
+
+
+def restored_at_once(_source: Path, _parameters: Mapping[str, Any], folder: Path) -> Future[Run]:
+    """Return the result of a scan that cannot be restored."""
+    future = Future[Run]()
+    folder.mkdir()
+    future.set_result(Run({"error": "no surface", "hint": ""}))
+    return future
 
 
 def used(process: psutil.Process) -> float:

@@ -33,7 +33,6 @@ from station.session.terms.parts import PAGE
 from station.session.terms.rules import EDITS, RULES
 
 Task = Callable[[], None]
-AHEAD = 2  # pages that are handed out: one is restored, and the next one waits for it
 ERASE = "\b\x7f"  # what terminals send for backspace
 
 
@@ -68,6 +67,7 @@ class CaptureLoop:
     changed  is called after every event.
     inbox    keys, restorations that have ended, and tasks to be done between the two.
     outputs  files of a restoration in addition to those of the preset.
+    ahead    due pages that are handed out: one is restored, and the next one waits for it.
     """
 
     writer: Writer
@@ -77,6 +77,7 @@ class CaptureLoop:
     changed: Callable[[], None] = lambda: None
     inbox: Inbox[str | Done | Carried | Task] = field(default_factory=Inbox)
     outputs: tuple[str, ...] = ()
+    ahead: int = 2
     turn: Callable[[Place], None] = stay
 
     def __post_init__(self) -> None:
@@ -165,7 +166,7 @@ class CaptureLoop:
 
         Few are handed out ahead, so that a page that the operator changes does not wait for hundreds.
         """
-        while self._due and len(self._waiting) + len(self._carrying) < AHEAD:
+        while self._due and len(self._waiting) + len(self._carrying) < self.ahead:
             self._restore_page(min(self._due, key=lambda page: abs(page - (self._page or 0))))
 
     def _restore_page(self, page: int) -> None:

@@ -20,7 +20,6 @@ from station.capture_loop.loop import CaptureLoop, Show, Task
 from station.capture_loop.turning import Place, stay
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.rows import Row, rows_of
-from station.errors import UsageError
 from station.session import Event, Session, SessionBroken, Writer, open_session, read_session
 from station.session.derivation.keeping import restore_keeping
 from station.session.derivation.service import Submit, next_step

@@ -17,7 +17,7 @@ from drivers import ScannerError
 from restore import PageEdits, RangeScan
 from station.capture_loop import loop as loop_module
 from station.capture_loop.loop import CaptureLoop
-from station.session import Page, Volume, add_scan, correct, create_session, open_session, read_session
+from station.session import Page, Volume, add_rule, add_scan, correct, create_session, open_session, read_session
 from station.session.corrections.transfer import carried_edits
 from station.session.derivation.restoration import Run
 from station.session.fixity.verify import verify
