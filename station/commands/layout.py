@@ -91,7 +91,7 @@ def _lines(finding: Mapping[str, Any]) -> Iterator[str]:
     yield f"spine      {finding['is_spine']}"
     if finding["widths_mm"] is not None and finding["sigma_mm"] is not None:
         left, right = finding["widths_mm"]
-        yield f"place      {left:.1f} mm | {right:.1f} mm, ± {finding['sigma_mm']:.2f} mm"
+        yield f"place      {left:.1f} mm | {right:.1f} mm, ± {max(finding['sigma_mm'], 0.01):.2f} mm at least"
     if finding["crossing"] is not None:
         yield f"print      over the spine along {finding['crossing']:.1%} of its height"
     yield from (f"reason     {reason}" for reason in finding["reasons"])

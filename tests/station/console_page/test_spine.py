@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 from pathlib import Path
 from typing import Any
@@ -79,7 +80,9 @@ def test_a_spine_that_is_moved_moves_both_widths(browser: Any, console: Console)
         page.evaluate("location.hash = '#/page/1'")
         page.locator(".tiles canvas").first.wait_for()
         page.keyboard.press("s")
-        page.get_by_text("mm from the left").wait_for(timeout=WAIT_MS)
+        found = page.get_by_text("mm from the left")
+        found.wait_for(timeout=WAIT_MS)
+        assert re.search(r"± (0\.[1-9]|[1-9][\d.]*) mm at least", found.inner_text())
         page.keyboard.press("d")  # where it was found, in whole pixels
         before = saved(page)
         for _ in range(MOVED_PX):

@@ -11,6 +11,7 @@ import { t } from "../strings.js";
 /** @type {Record<string, string>} */ const KEYS = { 0: "whole", 1: "left", 2: "split", 3: "right" };
 const CHOICES = ["whole", "left", "split", "right", "auto"];
 const MAX_POINTS = 16;
+const TENTH = 0.1; // mm, to which places are written: rounded up, so that an error is never said to be zero
 const INSET = 0.05; // of the picture: ends of a first spine where none was found
 
 export class LayoutTool extends CorrectionTool {
@@ -68,7 +69,7 @@ export class LayoutTool extends CorrectionTool {
     this.layout = layout;
     const [left, right] = layout.widths_mm ?? [];
     setText(this.foundText, left === undefined ? t("layout.none")
-      : t("layout.found", { left: number(left, 1), right: number(right, 1), sigma: number(layout.sigma_mm ?? 0, 1) }));
+      : t("layout.found", { left: number(left, 1), right: number(right, 1), sigma: number(Math.max(Math.ceil(layout.sigma_mm / TENTH), 1) * TENTH, 1) }));
   }
 
   begin() {
