@@ -5,10 +5,10 @@ type State = Omit<Answers["state"], "recovery"> & { recovery: Recovery };
 type Recovery = { resumed: number[]; completed: boolean; left: number; problem: Fault };
 type Fault = { text: string; hint?: string; kinds?: string[] };
 type Part = { part: string; name: string; label: string; side: string; tag: number };
-type Row = Answers["row"] & { parts: Part[]; asks?: { part: string }[] };
+type Row = Answers["row"] & { parts: Part[]; asks?: { part: string }[]; kept?: string[] };
 type Picture = { event: number; layer: string; opacity?: number };
 type PageLeaf = { part: string; prefix: string; failed: Fault; page_mm: number[]; page_px: number[]; dpi: number; layers: string[] };
-type Finding = { name: string; value: number; unit: string; limits: number[]; level: string; less_is_worse: boolean; hint: string };
+type Finding = { name: string; value: number; unit: string; limits: number[]; level: string; less_is_worse: boolean; hint: string; same_as?: string; part?: string };
 type Details = {
   leaves: PageLeaf[]; before: { event: number; leaves: PageLeaf[] }; checks: Finding[]; notes: { name: string; text: string }[];
   shots: unknown[]; events: { name: string; time: string; value: unknown }[]; files: { name: string; bytes: number }[];

@@ -42,9 +42,10 @@ def detail_of(session: Session, row: Row) -> dict[str, Any]:
     measures = dict(result.pop("measures", {}))
     measures.pop("fingerprint", None)
     found = {} if verdict is None else dict(verdict.result)
+    checks = () if verdict is None or verdict.checked is None else verdict.checked.checks
     return {
         **row,
-        "checks": [finding_of(one) for one in found.get("checks", [])],
+        "checks": [finding_of({"same_as": one.same_as, **one.model_dump(exclude_unset=True)}) for one in checks],
         "notes": found.get("notes", []),
         "report": {**result, "measures": measures} if restored else {},
         "page_mm": result.get("page_mm"),
@@ -93,6 +94,7 @@ def _row(view: PageView, restoring: Collection[int]) -> Row:
         "accepted": view.is_accepted,
         "marked": view.mark,
         "note": view.note,
+        "kept": list(view.page.decided.keep_both),
         "level": view.page.level,
         "asks": [{"name": one.name, "part": one.part} for one in view.questions],
         "rank": round(view.rank, 3),

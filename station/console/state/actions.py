@@ -7,12 +7,13 @@ from functools import partial
 
 from station.capture_loop.loop import CaptureLoop
 from station.console.shown_pages.rows import rows_of
+from station.session.operations.arrangement import keep_both
 from station.session.operations.description import describe_page
 
 SHOTS = frozenset({"capture", "again", "insert"})
-ON_A_PAGE = frozenset({"again", "insert", "accept", "mark", "note", "side"})
+ON_A_PAGE = frozenset({"again", "insert", "accept", "keep_both", "mark", "note", "side"})
 
-Do = Callable[[CaptureLoop, int, str], None]
+Do = Callable[[CaptureLoop, int, str], object]
 """Does an action on a page (0 for none) with a text."""
 
 
@@ -48,4 +49,5 @@ DO: Mapping[str, Do] = {
     "undo": lambda loop, _page, _text: loop.press("undo"),
     "redo": lambda loop, _page, _text: loop.press("redo"),
     "side": set_side,
+    "keep_both": lambda loop, page, _text: loop.change(partial(keep_both, number=page)),
 }

@@ -73,7 +73,7 @@ VALUES: Mapping[str, TypeAdapter[Any]] = {
     EDITS: TypeAdapter(RecordedEdits | None),
     RULES: RULES_TABLE,
     **{name: TypeAdapter(bool) for name in ("left_out", "left_out_left", "left_out_right")},
-    "order": LEAF_ORDER,
+    **dict.fromkeys(("order", "keep_both"), LEAF_ORDER),
     "missing": MISSING_LEAVES,
     LABELS: RUNS,
     ABOUT: ABOUT_TABLE,
@@ -84,11 +84,13 @@ VALUES: Mapping[str, TypeAdapter[Any]] = {
 class Decisions:
     """What was decided on a page or on the volume; None or empty where nothing was.
 
+    keep_both        leaf sides that the scan was found the same as, and that are other pages.
     label, left_out  of the page where it is one leaf side; of a leaf with its name at the end.
     settings         of the preset that were changed, by group.
     """
 
     accept: bool | None = None
+    keep_both: Sequence[str] = ()
     mark: bool = False
     note: str = ""
     position: float | None = None

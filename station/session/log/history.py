@@ -81,8 +81,9 @@ class Page:
 
     @property
     def quality(self) -> QualityCheck | None:
-        """The result of its current quality check."""
-        return None if (run := self.runs.get(VERDICT)) is None else run.checked
+        """The result of its current quality check, without the same pages that an operator keeps."""
+        checked = None if (run := self.runs.get(VERDICT)) is None else run.checked
+        return checked and checked.keeping(self.decided.keep_both)
 
     @property
     def state(self) -> str:

@@ -5,13 +5,13 @@ Keys that a later program adds are kept and not read.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model
 
 from station.session.terms.parts import LEFT, PAGE, PARTS, RIGHT
-from station.verdict.checks import LEVELS, OPERATOR_CHECKS, SAME_PAGE
+from station.verdict.checks import LEVELS, OPERATOR_CHECKS, SAME_PAGE, worst
 from station.verdict.packed import unpack
 from station.verdict.table import MEASURES
 from station.verdict.thresholds import Level
@@ -144,6 +144,12 @@ class QualityCheck(Facts):
     def of(self, part: str) -> Sequence[Checked]:
         """The checks of a part, and those of the whole."""
         return [check for check in self.checks if check.part in ("", part)]
+
+    def keeping(self, names: Collection[str]) -> QualityCheck:
+        """Return the check without those that found the same as leaf sides of these names."""
+        checks = [check for check in self.checks if check.same_as not in names]
+        found = {"checks": checks, "level": worst([check.level for check in checks])}
+        return self if len(checks) == len(self.checks) else self.model_copy(update=found)
 
     @property
     def rank(self) -> float:

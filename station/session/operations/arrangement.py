@@ -67,6 +67,15 @@ def number_from(writer: Writer, name: str, run: Run | None, *, expected: int | N
     return set_runs(writer, [*(one for one in writer.history.volume.decided.labels if one.start != name), *own])
 
 
+def keep_both(writer: Writer, number: int) -> Event | None:
+    """Keep a page and those that it was found the same as; return the event, if any."""
+    page = writer.history.captured(number)
+    same = {check.same_as for check in page.quality.checks if check.same_as} if page and page.quality else set()
+    if page is None or not same:
+        return None
+    return decide(writer, "keep_both", sorted({*page.decided.keep_both, *same}), page=number, on=page.capture)
+
+
 def set_runs(writer: Writer, runs: Sequence[Run], *, expected: int | None = None) -> Event | None:
     """Number the leaf sides by runs; without any by the preset."""
     _check_arrangement(writer, expected)

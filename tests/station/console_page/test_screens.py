@@ -10,6 +10,7 @@ import pytest
 
 from oracles.console import CannedStation, preview
 from oracles.console.answers import words
+from oracles.console.browser import violations
 from station.console.vendored import PAGE
 from tests.station.console_page.conftest import until
 
@@ -351,6 +352,34 @@ def test_every_control_of_the_shoot_screen_is_in_sight_and_large_enough(show, ca
             assert box["y"] >= 0 and box["y"] + box["height"] <= height, name
             assert min(box["width"], box["height"]) >= TOUCH_PX, name
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_a_page_that_looks_like_an_earlier_one_is_seen_next_to_it_and_kept(show, canned, axe):
+    def same(route):
+        found = canned.answer("/api/pages/10")
+        one = next(check for check in found["checks"] if check["name"] == "similarity")
+        twice = [{**one, "level": "red", "value": value, "part": "left", "same_as": "4/right"} for value in (0.9, 0.95)]
+        route.fulfill(json={**found, "checks": [*twice, *(check for check in found["checks"] if check is not one)]})
+
+    canned.rows[4] = {"parts": [{**canned.row(4)["parts"][0], "part": part} for part in ("left", "right")]}
+    page = show(canned)
+    page.route("**/api/pages/10", same)
+    canned.send("page", {"page": {**canned.row(10), "level": "red"}})
+    page.get_by_text("Looks like Page 4, right.").wait_for()
+    assert page.locator(".light", has_text="Same page").inner_text().splitlines()[1:3] == ["Same page · left", "0.95"]
+    page.keyboard.press("b")
+    figures = page.locator(".both figure")
+    assert figures.all_inner_texts() == ["Page 4, right", "Page 10, left"]
+    assert [one.get_attribute("src").split("?")[0] for one in figures.locator("img").all()] == [
+        "/api/pictures/9/right.page/full",
+        "/api/pictures/21/page/full",
+    ]
+    assert violations(page, axe) == []
+    keep = page.get_by_role("button", name="Keep both: they differ")
+    assert pressed(page, canned, keep.click) == [{"action": "keep_both", "page": 10}]
+    canned.send("page", {"page": {**canned.row(10), "kept": ["4/right"]}})
+    page.get_by_text("Kept; it looks like Page 4, right.").wait_for()
+    assert page.locator(".light", has_text="Same page").get_attribute("data-level") == "green"
 
 
 @pytest.mark.parametrize("size", [(1440, 900), (1280, 720), (1024, 768), (390, 844)])

@@ -3,6 +3,7 @@
 import { field, openDialog } from "./dialog.js";
 import { able, button, h } from "./dom.js";
 import { pageName } from "./format.js";
+import { seeBoth } from "./parts/both.js";
 import { setLabel } from "./parts/versions.js";
 import { current, hindrance, on, press, select, store } from "./store.js";
 import { t } from "./strings.js";
@@ -11,7 +12,7 @@ import { t } from "./strings.js";
 const PARTS = { // icon, key, and what must be there
   capture: ["camera", "␣", "scanner"], again: ["repeat-2", "r", "scanner page"], accept: ["check", "↵", "page"],
   insert: ["between-vertical-start", "i", "scanner page"], mark: ["bookmark", "m", "page"], note: ["sticky-note", "n", "page"],
-  undo: ["undo-2", "u", "undo"], redo: ["redo-2", "U", "redo"], preview: ["eye", "p", "scanner"], label: ["pencil", "", "page"],
+  undo: ["undo-2", "u", "undo"], redo: ["redo-2", "U", "redo"], preview: ["eye", "p", "scanner"], label: ["pencil", "", "page"], both: ["columns-2", "b", "page"],
 };
 
 /** Why an action cannot be done now, in the reader's language; empty when it can. @param {string} name */
@@ -62,7 +63,7 @@ export const actions = {
   capture: () => { if (!reason("capture")) { select(null); press("capture"); } },
   preview: plain("preview"), undo: plain("undo"), redo: plain("redo"),
   again: onPage("again"), accept: onPage("accept"), mark: onPage("mark"), insert: onPage("insert"),
-  note: askNote, label: askLabels,
+  note: askNote, label: askLabels, both: seeBoth,
 };
 
 /** A button that does an action and says why it cannot. @param {string} name @param {string} [kind] */

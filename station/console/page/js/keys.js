@@ -5,7 +5,7 @@ import { openDialog } from "./dialog.js";
 import { actions } from "./actions.js";
 import { t } from "./strings.js";
 
-/** @type {Record<string, string>} */ const KEYS = { " ": "capture", Enter: "accept", r: "again", u: "undo", U: "redo", m: "mark", n: "note", i: "insert", p: "preview" };
+/** @type {Record<string, string>} */ const KEYS = { " ": "capture", Enter: "accept", r: "again", u: "undo", U: "redo", m: "mark", n: "note", i: "insert", p: "preview", b: "both" };
 const SCREENS = new Set(["capture", "page"]); // elsewhere a key is for the fields
 const STEPS = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"]); // held, they go on
 const OFF = "planish-keys-off";

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from station.errors import UsageError
-from station.session import add_scan, open_session
+from station.session import add_scan, open_session, undo
 from station.session.leaves.leaf import LEFT_OUT, delivered_leaves, leaves_of
 from station.session.log.steps import record_run
-from station.session.operations.arrangement import change_leaf, mark_missing, move_leaves
-from station.session.terms.parts import RESTORE, parse_pages
+from station.session.operations.arrangement import change_leaf, keep_both, mark_missing, move_leaves
+from station.session.terms.parts import RESTORE, VERDICT, parse_pages
 
 
 def names(writer):
@@ -31,6 +31,25 @@ def test_a_decided_order_has_room_for_what_comes_later(volume, tiny_scan):
         assert [(leaf.name, leaf.position) for leaf in delivered_leaves(writer.session)] == [
             *(("4", 1), ("1", 2), ("3/left", 3), ("2", 4)),
         ]
+
+
+def test_a_page_that_is_kept_is_not_found_the_same_until_it_is_captured_again(volume, tiny_scan):
+    check = {"name": "similarity", "level": "red", "value": 0.9, "limits": [0.4, 0.6], "hint": "", "part": "left"}
+    checks = [{**check, "text": f"same page as page {name} 0.9"} for name in ("1/left", "1/right")]
+    with open_session(volume) as writer:
+        add_scan(writer, tiny_scan, facts={})
+        shot = add_scan(writer, tiny_scan, facts={})
+        restored = record_run(writer, RESTORE, shot, parameters={}, result={})
+        record_run(writer, VERDICT, restored, parameters={}, result={"level": "red", "checks": checks})
+        assert keep_both(writer, 1) is None
+        assert writer.history.page(2).level == "red"
+        assert keep_both(writer, 2).facts["value"] == ["1/left", "1/right"]
+        assert (writer.history.page(2).level, writer.history.page(2).quality.checks) == ("green", [])
+        undo(writer)
+        assert writer.history.page(2).level == "red"
+        keep_both(writer, 2)
+        add_scan(writer, tiny_scan, facts={}, page=2)
+        assert writer.history.page(2).decided.keep_both == ()
 
 
 def test_missing_leaves_keep_their_number(volume, tiny_scan):

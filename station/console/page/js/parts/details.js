@@ -4,7 +4,7 @@ import { getOrNull } from "../api.js";
 import { on } from "../store.js";
 
 /** @type {Map<number, {key: string, details: Details}>} */ const kept = new Map(); // page →
-const keyOf = (/** @type {Row} */ row) => [row.capture, row.restore, row.level, row.busy, row.accepted, row.marked, row.note, row.label].join();
+const keyOf = (/** @type {Row} */ row) => [row.capture, row.restore, row.level, row.busy, row.accepted, row.marked, row.note, row.label, row.kept].join();
 
 /** Everything the server knows of a page, null when it is gone or cannot be reached. @param {Row} row */
 export async function details(row) {

@@ -1,9 +1,10 @@
 // The lights of a page's verdict: each measure on its scale, with the limits of amber and red.
 
-import { h, icon, set } from "../dom.js";
+import { button, h, icon, set } from "../dom.js";
 import { faultText } from "../faults.js";
 import { measure } from "../format.js";
 import { firstOf, t } from "../strings.js";
+import { leafName, sameFinding, seeBoth } from "./both.js";
 import { levelIcon } from "./strip.js";
 
 const LENGTH = 100; // of a scale, in its own units
@@ -40,16 +41,25 @@ export function measureName(name) {
   return t(`measure.${name}`);
 }
 
-/** @param {Finding} finding */
-function line(finding) {
+/** The page that a finding names, with what can be done about it. @param {Finding} finding @param {boolean} isKept */
+function likeness({ level, same_as: other }, isKept) {
+  if (!other || (level === "green" && !isKept)) return null;
+  return h("span", { class: "light-hint" }, t(isKept ? "same.kept" : "same.as", { page: leafName(other) }),
+    button(t("action.both"), { key: "b", kind: "quiet", click: seeBoth }));
+}
+
+/** @param {Finding} found @param {Row} row */
+function line(found, row) {
+  const isKept = Boolean(row.kept?.includes(found.same_as));
+  const finding = isKept ? { ...found, level: "green" } : found;
   const text = measure(finding.value, finding.unit);
   const bad = finding.level === "amber" || finding.level === "red";
   const hint = bad ? firstOf([`hint.${finding.name}`], finding.hint) : "";
   return h("li", { class: "light", "data-level": finding.level },
     h("span", { class: "light-level" }, icon(levelIcon(finding.level)), h("span", { class: "unseen", text: `${t(`level.${finding.level}`)}:` })),
-    h("span", { class: "light-name", text: measureName(finding.name) }), scale(finding),
+    h("span", { class: "light-name", text: [measureName(finding.name), finding.part && t(`side.${finding.part}`)].filter(Boolean).join(" · ") }), scale(finding),
     h("span", { class: "light-value", text }), h("span", { class: "unseen", text: limitsText(finding) }),
-    hint ? h("span", { class: "light-hint", text: `${hint} ${limitsText(finding)}` }) : null);
+    hint ? h("span", { class: "light-hint", text: `${hint} ${limitsText(finding)}` }) : null, likeness(found, isKept));
 }
 
 /** The sign of a verdict: its level in shape, colour and word. @param {Row} row */
@@ -70,7 +80,8 @@ export function verdictLights() {
     status.replaceChildren(...(row?.failed ? faultText(row.failed, "page.failed.text") : [text]));
     set(status, "hidden", !text && !row?.failed);
     set(list, "hidden", !findings?.length || Boolean(row?.failed) || null);
-    list.replaceChildren(...(findings ?? []).map(line));
+    const same = sameFinding(row, findings); // of both leaves of an opening
+    list.replaceChildren(...(findings ?? []).filter((one) => one.name !== "similarity" || one === same).map((one) => line(one, row)));
     noted.replaceChildren(...(notes ?? []).map(({ name, text }) => h("p", { class: "soft", text: firstOf([`note.${name}`], text) })));
   } };
 }
