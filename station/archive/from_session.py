@@ -172,7 +172,7 @@ def _spine(session: Session, leaf: Leaf) -> tuple[tuple[float, float], ...]:
     """Return the spine that a leaf was cut at, px of the image; empty for a page."""
     if leaf.part == PAGE:
         return ()
-    layout = (leaf.restored.layout if leaf.restored else None) or {}
+    layout = (leaf.restored.layout.model_extra if leaf.restored and leaf.restored.layout else None) or {}
     found = layout.get("spine") if layout.get("frame") == "picture" else None
     drawn = (effective_edits(session, leaf.page) or {}).get("spine") or found or ()
     return tuple((float(x), float(y)) for x, y in drawn)

@@ -56,7 +56,7 @@ def layouts_of(session: Session, progress: Progress = silent) -> Iterator[PageLa
 def _recorded(page: CapturedPage) -> Mapping[str, Any] | None:
     """Return the layout that the restoration of a page found, None without one."""
     leaves = () if page.restored is None else page.restored.leaves.values()
-    return next((leaf.layout for leaf in leaves if isinstance(leaf.layout, Mapping)), None)
+    return next((leaf.layout.model_extra for leaf in leaves if leaf.layout is not None), None)
 
 
 def _looked_for(session: Session, page: CapturedPage) -> tuple[Mapping[str, Any], str]:

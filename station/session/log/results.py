@@ -45,6 +45,12 @@ _numbers: Any = dict.fromkeys(MEASURES, (Number | None, None))
 Measures = create_model("Measures", __base__=Fingerprint, **_numbers)
 
 
+class Found(Facts):
+    """A finding of a restoration."""
+
+    code: str = ""
+
+
 class Restored(Facts):
     """The result of a restoration."""
 
@@ -56,8 +62,8 @@ class Restored(Facts):
     measures: Measures | None = None
     part: Any = None
     parts: dict[Part, Restored] = {}
-    findings: Any = ()
-    layout: Any = None
+    findings: list[Found] = []
+    layout: Facts | None = None
     leaf_mm: Lengths | None = None
     uncertainty_mm: Any = None
 
@@ -90,8 +96,7 @@ class Restored(Facts):
     @property
     def codes(self) -> frozenset[str]:
         """Codes of its findings."""
-        found = self.findings if isinstance(self.findings, list | tuple) else ()
-        return frozenset(str(one.get("code")) for one in found if isinstance(one, dict))
+        return frozenset(one.code for one in self.findings)
 
 
 class Checked(Facts):

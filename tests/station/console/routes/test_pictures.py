@@ -17,8 +17,8 @@ from PIL import Image
 from drivers.simulated import Curl, Text, shoot
 from restore import RangeScan
 from station.console.shown_pages.layers import FILES, ON_CAPTURE
+from station.console.shown_pages.strain import OPACITY
 from station.console.shown_pages.tiles import OVERLAP, TILE
-from station.console.shown_pages.uncertainty import OPACITY
 from station.images.tiff import encode_uncertainty
 from station.page_files.model import decode_arrays, encode_arrays
 from station.session import Volume, add_scan, create_session, open_session, scan_path
