@@ -86,7 +86,8 @@ def select_leaves(
     Corrected by hand where edits are given. Raises NotEnoughSurface without any surface, BadInput for a split without a
     valley and edits that do not fit.
     """
-    restored = restore_leaves(scan, settings, layout=LAYOUTS[layout], edits=edits)
+    by_option = LAYOUTS[layout] if edits is None else "auto"  # corrections name their own layout
+    restored = restore_leaves(scan, settings, layout=by_option, edits=edits)
     leaves = restored.found
     sizes = [sheet.size for sheet in leaves.parts.values()]
     others = [sheet for sheet in leaves.left_out if not sheet.part]
