@@ -193,7 +193,16 @@ def store_and_restore(
     except BaseException as error:
         force = ["--force"] if destination.force else []
         again = shlex.join(
-            ["planish", "restore", str(stored[0]), *_options(stored[1:]), "-o", str(destination.folder), *force]
+            [
+                "planish",
+                "restore",
+                str(stored[0]),
+                *_reading(shots[0]),
+                *_options(stored[1:]),
+                "-o",
+                str(destination.folder),
+                *force,
+            ]
         )
         error.add_note(f"the scan is safe in {stored[0]}; restore it with: {again}")
         raise
@@ -208,7 +217,9 @@ def _store(shot: Shot, path: Path, lock: FolderLock) -> Path:
             return path
         here = shot.path.resolve().parent
         for file in (shot.path.resolve(), *referenced_files(shot.path)):
-            copy_file(file, folder / file.relative_to(here))
+            target = folder / file.relative_to(here)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            copy_file(file, target)
     shot.discard()
     return path / shot.path.name
 
@@ -249,6 +260,11 @@ def scan_folders(destination: Destination, names: Sequence[str]) -> list[Path]:
 
 def _options(shots: Sequence[Path]) -> list[str]:
     return [word for shot in shots for word in ("--extra-scan", str(shot))]
+
+
+def _reading(shot: Shot) -> list[str]:
+    reading = shot.reading if isinstance(shot, ScanFile) else {}
+    return [word for name, value in reading.items() if value != "auto" for word in (f"--{name}", value)]
 
 
 def _combined_shots(shots: Sequence[RangeScan | SurfaceMesh]) -> RangeScan | SurfaceMesh:
