@@ -17,6 +17,7 @@ from restore.photo import Photograph
 from restore.pipeline import Progress, restore
 from restore.report import Report
 from restore.runtime.arguments import checks_types
+from restore.runtime.results import Kept
 from restore.scan import Bytes, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
 
@@ -28,11 +29,13 @@ class RestoredLeaves:
     found     the sheets of its `parts`: `left` and `right`, one of them, or `page`; its layout, and what is reported.
     settings  with which they are restored, but for corrections.
     edits     corrections by hand.
+    kept      as for `restore`.
     """
 
     found: Leaves
     settings: Settings
     edits: PageEdits | None = None
+    kept: Kept | None = None
 
     def settings_of(self, part: str) -> Settings:
         """Return the settings of a part, as corrected."""
@@ -53,7 +56,8 @@ class RestoredLeaves:
         photos: (h, w, 3), or as `read_photographs` gives them; these, progress and on_step as for `restore`.
         """
         settings = settings or self.settings_of(part)
-        page = restore(self.found.parts[part], settings, photos=photos, progress=progress, on_step=on_step)
+        sheet = self.found.parts[part]
+        page = restore(sheet, settings, photos=photos, progress=progress, on_step=on_step, kept=self.kept)
         return page if self.edits is None else finish_page(page, self.edits.part(part))
 
     def parts(self, progress: Progress | None = None) -> Iterator[tuple[str, RestoredPage]]:
@@ -73,12 +77,13 @@ def restore_leaves(
     layout: Layout = "auto",
     edits: PageEdits | None = None,
     prior: BookPrior | None = None,
+    kept: Kept | None = None,
 ) -> RestoredLeaves:
     """Restore the leaves of an opened book as two pages, and any other scan as one.
 
     layout: auto as `find_layout` advises, and the whole where it asks; split, left, right: at the valley that was
     found, whatever it is; whole: the largest sheet. prior: as for `find_layout`. edits: corrections by hand; their
-    layout takes the place of `layout`.
+    layout takes the place of `layout`. kept: as for `restore`.
     Raises NotEnoughSurface without a page, BadInput for a split without a valley and for corrections that do not fit.
 
     >>> from drivers.simulated import Facing, Opening, shoot
@@ -88,6 +93,6 @@ def restore_leaves(
     [('left', 100.0), ('right', 100.0)]
     """
     settings = settings or Settings()
-    inspected = inspect(scan, settings, prior)
+    inspected = inspect(scan, settings, prior, kept)
     found = leaves_of(inspected, layout) if edits is None else edited_leaves(inspected, edits)
-    return RestoredLeaves(found, settings, edits)
+    return RestoredLeaves(found, settings, edits, kept)

@@ -26,7 +26,7 @@ from restore.photo import (
 from restore.prepared.description import describe, findings_of_page
 from restore.prepared.pictures import LargePage, seen_at, whole_pictures
 from restore.prepared.prepare import prepare
-from restore.prepared.prepared import Prepared, rotated
+from restore.prepared.prepared import Prepared, rotated, unrolled
 from restore.prepared.separate import rotation_of, source_of
 from restore.report import (
     CoverageReport,
@@ -40,6 +40,7 @@ from restore.report import (
     WhiteReport,
 )
 from restore.runtime.arguments import checks_types
+from restore.runtime.results import Kept
 from restore.scan import Bytes, Mask, Provenance, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import relief_of
@@ -65,6 +66,7 @@ def restore(
     photos: Sequence[Photograph | Bytes] = (),
     progress: Progress | None = None,
     on_step: OnStep | None = None,
+    kept: Kept | None = None,
 ) -> RestoredPage:
     """Turn a scan of a warped page into the flat page.
 
@@ -73,6 +75,7 @@ def restore(
         page is textured from those that are registered reliably to the scan; the report lists all.
     progress: called as progress(stage, fraction done) at the start and end of each stage.
     on_step: called as on_step(step, positions (n, 3) mm, faces (m, 3)) after every time step of the flattening.
+    kept: results of an earlier restoration of the same page, which are used again.
     Raises NotEnoughSurface when the scan shows no page, BadInput when it cannot be used.
 
     >>> from drivers.simulated import Curl, shoot
@@ -84,10 +87,10 @@ def restore(
     settings = settings or Settings()
     clock = Stopwatch(progress)
     with clock("prepare"):
-        prepared = prepare(scan)
+        prepared = prepare(scan, kept)
         source = source_of(scan)
-    unrolled = rotated(prepared.unroll(settings, clock, on_step), rotation_of(scan))
-    fine, dpi = unrolled.fine, settings.dpi
+    flat = rotated(unrolled(prepared, settings, clock, on_step, kept), rotation_of(scan))
+    fine, dpi = flat.fine, settings.dpi
     registered: list[Registered] = []
     if photos:
         with clock("register"):
@@ -104,7 +107,7 @@ def restore(
         pictures = whole_pictures(image, painted, painting, coverage)
     else:
         pictures = LargePage.of(prepared, fine, dpi, painted.mask, coverage, partial(shaded.relit, dpi=dpi)).pictures()
-    described = describe(prepared, unrolled, painting, settings)
+    described = describe(prepared, flat, painting, settings)
     found = [
         *findings_of_page(fine, described["strain"]),
         *prepared.findings,
@@ -118,7 +121,7 @@ def restore(
     uncertainty: Uncertainty | str | None = None
     if settings.uncertainty:
         with clock("uncertainty"):
-            uncertainty = estimate_uncertainty(prepared, unrolled, source)
+            uncertainty = estimate_uncertainty(prepared, flat, source)
     page_mm, ppi, seen = described["page_mm"], painting.resolution.sampling_ppi, coverage.described()
     given: PhotosReport = {"photos": photo_report} if photos else {}
     report: Report = {
@@ -132,7 +135,7 @@ def restore(
         **size_report(source.provenance, page_mm, uncertainty, ppi),
         "findings": [one.as_json() for one in found],
     }
-    page = RestoredPage(pictures, dpi, unrolled.coarse, fine, report, tuple(found))
+    page = RestoredPage(pictures, dpi, flat.coarse, fine, report, tuple(found))
     if isinstance(uncertainty, Uncertainty):
         page = page.with_pictures(uncertainty=uncertainty.on_page(page.mask))
     return page

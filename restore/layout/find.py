@@ -16,14 +16,14 @@ from restore.layout.flattened import FlattenedSheet
 from restore.layout.spine import PER_MM, Spine, find_spine, tilt_map
 from restore.page import FlatMesh
 from restore.prepared.prepare import prepare
-from restore.prepared.prepared import Prepared, Unrolled
+from restore.prepared.prepared import Prepared, Unrolled, unrolled
 from restore.prepared.refine import interpolate_flat_positions
 from restore.prepared.separate import SeparateSheet, find_sheets
 from restore.range_image.facets.creases import HALF_WIDTH
 from restore.range_image.facets.sheet import Sheet
 from restore.range_image.hidden_gutter import find_hidden_gutter
 from restore.runtime.arguments import checks_types
-from restore.runtime.kept import keep_result
+from restore.runtime.results import Kept
 from restore.scan import Floats, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
 from restore.texture.page import MM_PER_INCH, page_map
@@ -69,27 +69,30 @@ def untimed(_stage: str) -> Iterator[None]:
 
 
 def inspect(
-    scan: RangeScan | SurfaceMesh | ScannedSheet, settings: Settings, prior: BookPrior | None = None
+    scan: RangeScan | SurfaceMesh | ScannedSheet,
+    settings: Settings,
+    prior: BookPrior | None = None,
+    kept: Kept | None = None,
 ) -> Inspected:
-    """Find the layout of a scan, with the sheets found on the way, flattened.
-
-    A process that keeps results does so once for a scan.
-    """
-    return keep_result(_inspect, scan, settings, prior)
+    """Find the layout of a scan, with the sheets found on the way, flattened."""
+    arguments = scan, settings, prior
+    return kept.result(_inspect, *arguments, aside=(kept,)) if kept is not None else _inspect(*arguments, None)
 
 
-def _inspect(scan: RangeScan | SurfaceMesh | ScannedSheet, settings: Settings, prior: BookPrior | None) -> Inspected:
+def _inspect(
+    scan: RangeScan | SurfaceMesh | ScannedSheet, settings: Settings, prior: BookPrior | None, kept: Kept | None
+) -> Inspected:
     sheets = find_sheets(scan)
     leaves = [sheet for sheet in sheets if sheet.part]
     if leaves:
         return Inspected(_hidden(leaves), sheets)
     largest = max(sheets, key=lambda sheet: sheet.size)
-    prepared = prepare(largest)
-    unrolled = prepared.unroll(settings, untimed)
-    finding, crease = look(prepared, unrolled, prior)
+    prepared = prepare(largest, kept)
+    flat = unrolled(prepared, settings, untimed, kept=kept)
+    finding, crease = look(prepared, flat, prior)
     if prepared.on_grid is None:
         return Inspected(finding, sheets, largest)
-    flattened = FlattenedSheet(prepared.on_grid, prepared.is_one_shot, unrolled=unrolled, settings=settings)
+    flattened = FlattenedSheet(prepared.on_grid, prepared.is_one_shot, unrolled=flat, settings=settings)
     return Inspected(finding, sheets, replace(largest, prepared=flattened), flattened, crease)
 
 

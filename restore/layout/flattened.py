@@ -20,6 +20,11 @@ class FlattenedSheet(FacetSheet):
     unrolled: Unrolled = field(kw_only=True)
     settings: Settings = field(kw_only=True)
 
+    @property
+    def as_scanned(self) -> FacetSheet:
+        """The sheet alone, which does not depend on its settings."""
+        return FacetSheet(self.sheet, self.is_one_shot)
+
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
         """Return the flat page that exists, or another for other settings or a watcher of steps."""
         same = (settings.points, settings.method) == (self.settings.points, self.settings.method)

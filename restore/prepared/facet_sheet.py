@@ -24,10 +24,9 @@ from restore.prepared.refine import interpolate_flat_positions, refine, subdivid
 from restore.range_image.facets.normals import facet_normals
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
 from restore.report import SampleReport
-from restore.runtime.kept import keep_result, keeps_results
 from restore.runtime.rows import Rows
-from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
-from restore.settings import Method, Settings
+from restore.scan import Bytes, Floats, Mask, SurfaceMesh
+from restore.settings import Settings
 from restore.texture.coverage import CoverageClass
 from restore.texture.occlusion import viewpoint
 from restore.texture.page import PageMap, page_map, rasterise_on_page
@@ -56,21 +55,14 @@ class FacetSheet(Prepared):
     erased: Mask | None = field(default=None, kw_only=True)
 
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
-        """Return the flat page: decimated, flattened by facets' lengths, refined, straightened.
-
-        A process that keeps results does so once for a sheet.
-        """
-        return _unrolled(self.as_scanned, settings, clock, on_step)
+        """Return the flat page: decimated, flattened by facets' lengths, refined, straightened."""
+        unrolled = unroll(self.sheet, settings, clock, on_step)
+        return unrolled if self.is_one_shot else upright_as_textured(unrolled)
 
     @property
     def as_scanned(self) -> FacetSheet:
-        """The sheet without the paper that is removed by hand, which changes nothing of its shape."""
-        return FacetSheet(self.sheet, self.is_one_shot)
-
-    def flat_page(self, settings: Settings, clock: Clock, on_step: OnStep | None) -> Unrolled:
-        """Return the flat page, which `unroll` may keep."""
-        unrolled = unroll(self.sheet, settings, clock, on_step)
-        return unrolled if self.is_one_shot else upright_as_textured(unrolled)
+        """The sheet without the paper that is removed by hand."""
+        return replace(self, erased=None)
 
     @property
     def on_grid(self) -> Sheet:
@@ -160,26 +152,6 @@ class FacetSheet(Prepared):
     def cut_by_samples(self) -> float:
         """That in the first and last rows and columns of the range image."""
         return self.sheet.cut
-
-
-def _unrolled(sheet: FacetSheet, settings: Settings, clock: Clock, on_step: OnStep | None) -> Unrolled:
-    if not keeps_results():
-        return sheet.flat_page(settings, clock, on_step)
-    page, steps = keep_result(_page_and_steps, sheet, settings.points, settings.method, aside=(clock,))
-    if on_step is not None:
-        for step in steps:
-            on_step(*step)
-    return page
-
-
-def _page_and_steps(
-    sheet: FacetSheet, points: int, method: Method, clock: Clock
-) -> tuple[Unrolled, list[tuple[int, Floats, Ints]]]:
-    """The flat page, and what a watcher of its flattening sees."""
-    steps = list[tuple[int, Floats, Ints]]()
-    settings = Settings(points=points, method=method)
-    page = sheet.flat_page(settings, clock, lambda step, positions, faces: steps.append((step, positions, faces)))
-    return page, steps
 
 
 def no_sides(_page: PageOnGrid) -> Mapping[Side, Line]:

@@ -45,12 +45,7 @@ class LeafSheet(FacetSheet):
     spine: LeafSpine = field(kw_only=True)
     side: Part = field(kw_only=True)
 
-    @property
-    def as_scanned(self) -> LeafSheet:
-        """The leaf without the paper that is removed by hand, which changes nothing of its shape."""
-        return LeafSheet(self.sheet, self.is_one_shot, spine=self.spine, side=self.side)
-
-    def flat_page(self, settings: Settings, clock: Clock, on_step: OnStep | None) -> Unrolled:
+    def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
         """The flat leaf, its side at the spine given, with the strip of the facing page."""
         return self._with_strip(unroll(self.sheet, settings, clock, on_step, given=self._spine_side))
 

@@ -28,18 +28,19 @@ from restore.range_image.holes import holes_to_mesh, holes_to_table
 from restore.range_image.remove_table import page_and_table
 from restore.range_image.resample import resample
 from restore.range_image.segmentation.segment import SegmentedScan, find_sheet, largest_surface, segment
-from restore.runtime.kept import keep_result
+from restore.runtime.results import Kept
 from restore.scan import InterpolatedMesh, RangeScan, ScannedSheet, SurfaceMesh, with_findings
 from restore.scan_check import refuse_unusable_image, refuse_unusable_mesh
 
 
-def prepare(scan: RangeScan | SurfaceMesh | ScannedSheet) -> Prepared:
+def prepare(scan: RangeScan | SurfaceMesh | ScannedSheet, kept: Kept | None = None) -> Prepared:
     """Prepare a scan's page on its range grid, as a mesh without one, or as ordered grid.
 
     Raises NotEnoughSurface when no piece of surface in the scan could be a page, BadInput for a damaged scan.
     """
-    kind = next(kind for kind in type(scan).__mro__ if kind in PREPARERS)
-    return PREPARERS[kind](scan)
+    if isinstance(scan, SeparateSheet):
+        return of_sheet(scan, kept)
+    return PREPARERS[next(kind for kind in type(scan).__mro__ if kind in PREPARERS)](scan)
 
 
 def of_range_image(scan: RangeScan) -> Prepared:
@@ -63,7 +64,7 @@ def of_segmented(segmented: SegmentedScan) -> FacetSheet:
     return FacetSheet(sheet, is_one_shot=True)
 
 
-def of_sheet(sheet: SeparateSheet) -> Prepared:
+def of_sheet(sheet: SeparateSheet, kept: Kept | None) -> Prepared:
     """Prepare a sheet of a scan.
 
     What was found of it in its range image need not be looked for again.
@@ -72,7 +73,8 @@ def of_sheet(sheet: SeparateSheet) -> Prepared:
         return sheet.prepared
     if sheet.segmented is None:
         return prepare(sheet.scan)
-    whole = keep_result(of_view if sheet.of_mesh else of_segmented, sheet.segmented)
+    prepared = of_view if sheet.of_mesh else of_segmented
+    whole = kept.result(prepared, sheet.segmented) if kept is not None else prepared(sheet.segmented)
     rays = sheet.segmented.rays
     if sheet.erased is not None:
         whole = replace(whole, erased=whole.on_own_grid(rays, sheet.erased))
@@ -129,7 +131,6 @@ def _checked(scan: SurfaceMesh) -> ValidMesh:
 
 PREPARERS: Mapping[type, Callable[[Any], Prepared]] = {
     RangeScan: of_range_image,
-    SeparateSheet: of_sheet,
     SurfaceMesh: of_mesh,
     InterpolatedMesh: of_interpolated,
     GridMesh: OrderedGrid,

@@ -21,14 +21,16 @@ from restore.outline.rectangle import has_straight_sides, squaring_rotation
 from restore.page import FlatMesh
 from restore.range_image.facets.sheet import Sheet
 from restore.report import DistanceReport, SampleReport
-from restore.scan import Bytes, Floats, Mask
-from restore.settings import Settings
+from restore.runtime.results import Kept
+from restore.scan import Bytes, Floats, Ints, Mask
+from restore.settings import Method, Settings
 from restore.texture.coverage import Coverage, CoverageClass, cut_findings, filled_findings
 from restore.texture.occlusion import viewpoint
 from restore.texture.page import PageMap, Painting, page_map
 
 NO_NOISE = "a mesh has no noise of single rays: give the range image"
 
+Step = tuple[int, Floats, Ints]  # of a flattening, as a watcher of its steps gets it
 Clock = Callable[[str], AbstractContextManager[None]]
 # Whether pixels (rows, w) are on the page, from which row of it on → how their shape is known, (rows, w).
 KindsOfRows = Callable[[Mask, int], Bytes]
@@ -65,6 +67,11 @@ class Prepared(ABC):
 
         clock: clock(stage) times the stages.
         """
+
+    @property
+    def as_scanned(self) -> Prepared:
+        """What decides its shape: the page without corrections that change nothing of it."""
+        return self
 
     @property
     def on_grid(self) -> Sheet | None:
@@ -121,6 +128,26 @@ class Prepared(ABC):
         if not self.is_one_shot or painting.page_source is not None:
             return filled
         return [*cut_findings(self.cut_by_samples() if coverage.cut is None else coverage.cut), *filled]
+
+
+def unrolled(
+    page: Prepared, settings: Settings, clock: Clock, on_step: OnStep | None = None, kept: Kept | None = None
+) -> Unrolled:
+    """Return the flat page of a prepared one, or that which was kept of it."""
+    if kept is None:
+        return page.unroll(settings, clock, on_step)
+    shape = page.as_scanned, settings.points, settings.method
+    flat, steps = kept.result(_page_and_steps, *shape, aside=(clock,))
+    if on_step is not None:
+        for step in steps:
+            on_step(*step)
+    return flat
+
+
+def _page_and_steps(page: Prepared, points: int, method: Method, clock: Clock) -> tuple[Unrolled, list[Step]]:
+    """The flat page, and what a watcher of its flattening sees."""
+    steps = list[Step]()
+    return page.unroll(Settings(points=points, method=method), clock, lambda *step: steps.append(step)), steps
 
 
 def rotated(page: Unrolled, degrees: float) -> Unrolled:

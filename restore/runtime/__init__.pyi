@@ -1,7 +1,5 @@
 # The names for other packages and where they come from. They are imported when they are first used.
 from .kernel_cache import notify_when_compiling as notify_when_compiling
-from .kept import Store as Store
-from .kept import keep_in as keep_in
 from .native import (
     SYSTEM_LIBRARIES as SYSTEM_LIBRARIES,
 )
@@ -17,5 +15,6 @@ from .native import (
 from .native import (
     missing_libraries as missing_libraries,
 )
+from .results import Kept as Kept
 from .rows import Rows as Rows
 from .threads import in_threads as in_threads

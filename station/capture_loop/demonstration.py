@@ -20,8 +20,7 @@ from station.capture_loop.turning import turn
 from station.config import StationConfig
 from station.errors import UsageError
 from station.session import Page, Session, Volume, correct, create_session, open_session, read_session
-from station.session.derivation.keeping import restore_keeping
-from station.session.derivation.service import Done
+from station.session.derivation.service import Done, restore_keeping
 from station.session.leaves.leaf import Leaf, leaves_of, picture_of
 from station.session.log.results import Checked, QualityCheck, Restored
 from station.session.operations.description import describe_page

@@ -307,7 +307,7 @@ def restore_scan(
     if options.layout == Layout.SINGLE and options.edits is None:
         sheets = select_sheets(scan, options.sheets, both_leaves=options.both_leaves)
     else:
-        sheets = select_leaves(scan, options.layout, options.settings, options.edits)
+        sheets = select_leaves(scan, options)
     source_record = replace(source_record, seconds={**source_record.seconds, "separate": clock() - start})
     if len(sheets) > 1:
         planned = [path for sheet in sheets for path in destination.files(stem + sheet.suffix, options)]
@@ -407,7 +407,7 @@ def _turned_page(
     recorder: Recorder | None,
 ) -> tuple[RestoredPage, tuple[Finding, ...]]:
     """Restore one sheet, mirrored and turned as the options ask for."""
-    restored = sheet.restored or partial(restore, sheet.sheet or sheet.scan)
+    restored = sheet.restored or partial(restore, sheet.sheet or sheet.scan, kept=options.kept)
     page = restored(settings, photos=photos, progress=progress, on_step=recorder)
     if not options.allow_distorted:
         check_plausible_page(page.report, len(page.fine.faces))

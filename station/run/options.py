@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from restore import PageEdits, Settings
+from restore.runtime import Kept
 from station.choices import Layout, Rotation, Sheets
 
 AUTO = "auto"
@@ -33,6 +34,7 @@ class RunOptions:
     edits     corrections by hand; their layout takes the place of `layout`.
     rotate    right angles by which the page is rotated.
     allow_distorted    write a page even when its surface cannot be a page's.
+    kept      results of an earlier restoration of the same scan, which change nothing of this one.
     """
 
     settings: Settings = field(default_factory=Settings)
@@ -51,6 +53,7 @@ class RunOptions:
     edits: PageEdits | None = None
     rotate: Rotation = Rotation.NONE
     allow_distorted: bool = False
+    kept: Kept | None = field(default=None, compare=False)
 
     def with_implied_outputs(self) -> RunOptions:
         """Return the options with the outputs that they imply.

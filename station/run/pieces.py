@@ -10,7 +10,6 @@ from typing import Any, Literal
 from restore import (
     BadInput,
     Finding,
-    PageEdits,
     RangeScan,
     RestoredPage,
     Settings,
@@ -20,6 +19,7 @@ from restore import (
 )
 from restore.scan import ScannedSheet
 from station.choices import Layout, Sheets
+from station.run.options import RunOptions
 
 # of the size of the page: what is left out may be the other half of the page, or another page as important
 LARGE = 0.5
@@ -78,16 +78,14 @@ def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets, *, both_leaves:
     return [_largest(sheets)] if pieces == Sheets.LARGEST else _each(sheets)
 
 
-def select_leaves(
-    scan: RangeScan | SurfaceMesh, layout: Layout, settings: Settings, edits: PageEdits | None = None
-) -> list[Selected]:
+def select_leaves(scan: RangeScan | SurfaceMesh, options: RunOptions) -> list[Selected]:
     """Return the leaves of an opened book, or the page of any other scan.
 
-    Corrected by hand where edits are given. Raises NotEnoughSurface without any surface, BadInput for a split without a
-    valley and edits that do not fit.
+    By the layout of the options, corrected by hand where they have edits. Raises NotEnoughSurface without any surface,
+    BadInput for a split without a valley and edits that do not fit.
     """
-    by_option = LAYOUTS[layout] if edits is None else "auto"  # corrections name their own layout
-    restored = restore_leaves(scan, settings, layout=by_option, edits=edits)
+    layout = LAYOUTS[options.layout] if options.edits is None else "auto"  # corrections name their own layout
+    restored = restore_leaves(scan, options.settings, layout=layout, edits=options.edits, kept=options.kept)
     leaves = restored.found
     sizes = [sheet.size for sheet in leaves.parts.values()]
     others = [sheet for sheet in leaves.left_out if not sheet.part]

@@ -150,6 +150,7 @@ class Library:
         photos: Sequence[Photograph] = (),
         progress: Callable[[str, float], None],
         on_step: Callable[..., None] | None,
+        kept: object = None,
     ) -> RestoredPage:
         self.calls.append(settings)
         self.photos = photos

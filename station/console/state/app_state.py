@@ -40,7 +40,7 @@ from station.console.state.shown import session_state, stamp, state_of
 from station.errors import explain
 from station.run.shots import range_image_of
 from station.run.small_page import get_ready
-from station.session.derivation.keeping import restore_keeping
+from station.session.derivation.service import restore_keeping
 from station.session.log.current import preset_of
 from station.session.log.reading import VERIFY, SessionDamaged
 from station.session.log.store import Session, read_session, utc

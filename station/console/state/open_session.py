@@ -21,8 +21,7 @@ from station.capture_loop.turning import Place, stay
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.rows import Row, rows_of
 from station.session import Event, Session, SessionBroken, Writer, open_session, read_session
-from station.session.derivation.keeping import restore_keeping
-from station.session.derivation.service import Submit, next_step
+from station.session.derivation.service import Submit, next_step, restore_keeping
 from station.session.log.bag import LOG, TAG_MANIFEST
 from station.session.log.store import identity_of
 from station.session.operations.arrangement import NoSuchLeaf

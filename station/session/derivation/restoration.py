@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 
 from restore import RestoreError, Settings
+from restore.runtime import Kept
 from station.choices import Layout, Rotation, Sheets
 from station.progress import Progress, silent
 from station.run.destination import Destination, Outcome
@@ -71,12 +72,15 @@ class Run:
     facts: Mapping[str, Any] = field(default_factory=dict)
 
 
-def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, progress: Progress = silent) -> Run:
+def run_restore(
+    source: Path, parameters: Mapping[str, Any], folder: Path, *, kept: Kept | None = None, progress: Progress = silent
+) -> Run:
     """Restore a stored scan into a new folder, and measure the page; for worker processes.
 
     A scan that cannot be restored gives a result with `error` and no files. Raises OSError when the disk refuses.
+    kept: results of an earlier restoration of the same scan.
     """
-    options = RestoreParameters.model_validate(dict(parameters)).options()
+    options = replace(RestoreParameters.model_validate(dict(parameters)).options(), kept=kept)
     try:
         restored = (
             partial(restore_file, source) if options.scale is None else partial(photographed_page, pictures_in(source))

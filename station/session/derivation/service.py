@@ -15,7 +15,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from restore.runtime import LibraryMissing
+from restore.runtime import Kept, LibraryMissing
 from station.errors import StationError
 from station.intake.once import is_range_image
 from station.run.attempts import Failure, FromCauses, InMemory, attempted
@@ -37,6 +37,7 @@ from station.session.terms.parts import RESTORE
 from station.session.terms.presets import Preset
 from station.session.terms.rules import Rule
 
+KEPT = Kept()  # of this process: a page that is corrected by hand is flattened once
 OF_THE_COMPUTER = (OSError, StationError, LibraryMissing, MemoryError)  # faults that are not of the scan
 
 Step = Literal["restore", "check"]
@@ -99,6 +100,12 @@ def next_step(session: Session, page: Page, rules: Sequence[Rule] | None = None)
     if needs_restoration(session, page, rules):
         return "restore"
     return "check" if lacks_verdict(page) else None
+
+
+def restore_keeping(source: Path, parameters: Mapping[str, Any], folder: Path) -> Run:
+    """Restore a stored scan with what this process computed of it before."""
+    with KEPT.of_page(source):
+        return run_restore(source, parameters, folder, kept=KEPT)
 
 
 def restore_job(job: Job, causes: Sequence[str] = ()) -> Made:

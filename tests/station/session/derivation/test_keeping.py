@@ -12,7 +12,7 @@ import pytest
 from drivers.simulated import Facing, Opening, shoot
 from station.capture_loop.loop import CaptureLoop
 from station.session import add_scan, correct, redo, undo
-from station.session.derivation.keeping import restore_keeping
+from station.session.derivation.service import restore_keeping
 from station.session.log.facts import SETTINGS
 from station.session.log.steps import decide
 from station.session.terms.rules import edits_of

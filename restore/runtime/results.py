@@ -1,4 +1,4 @@
-"""Results that a process keeps, so that a page is not computed again.
+"""Results that are kept, so that a page is not computed again.
 
 A result is found by a digest of all that it was computed from, so that it cannot be that of other input.
 """
@@ -9,7 +9,6 @@ import hashlib
 import pickle
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import fields, is_dataclass
 from io import BytesIO
 from typing import Any, TypeVar
@@ -19,10 +18,15 @@ MAX_BYTES = 2**29  # of the results that are kept
 Result = TypeVar("Result")
 
 
-class Store:
+class Kept:
     """Results of the page that was restored last.
 
     Those that its next restoration does not use go, and all go before another page is restored.
+
+    >>> kept = Kept()
+    >>> with kept.of_page("page.scan"):
+    ...     kept.result(pow, 2, 10)
+    1024
     """
 
     def __init__(self) -> None:
@@ -33,18 +37,26 @@ class Store:
     def __len__(self) -> int:
         return len(self._results)
 
-    def begin(self, page: object) -> None:
-        """Begin a restoration of a page."""
+    @contextmanager
+    def of_page(self, page: object) -> Iterator[None]:
+        """Keep results while a page is restored.
+
+        page: by what it is known, its path for example.
+        """
         if page != self._page:
             self._results.clear()
         self._page, self._used = page, set()
+        try:
+            yield
+        finally:
+            self._results = {key: one for key, one in self._results.items() if key in self._used}
 
-    def end(self) -> None:
-        """Drop what the restoration did not use."""
-        self._results = {key: one for key, one in self._results.items() if key in self._used}
+    def result(self, function: Callable[..., Result], *arguments: Any, aside: tuple[Any, ...] = ()) -> Result:
+        """Return function(*arguments, *aside), or what it returned for equal arguments.
 
-    def result(self, function: Callable[..., Result], arguments: tuple[Any, ...], aside: tuple[Any, ...]) -> Result:
-        """Return function(*arguments, *aside), computed or kept."""
+        function: of a module. Its result depends on nothing but the arguments, and is never changed.
+        aside: further arguments, which change no result: a clock.
+        """
         key = _digest((function, arguments))
         if key in self._results:
             self._used.add(key)
@@ -60,40 +72,6 @@ class Store:
         if size and size + sum(kept for _, kept in self._results.values()) <= MAX_BYTES:
             self._results[key] = result, size
             self._used.add(key)
-
-
-_STORE: ContextVar[Store | None] = ContextVar("store", default=None)
-
-
-@contextmanager
-def keep_in(store: Store, page: object) -> Iterator[None]:
-    """Keep results while a page is restored.
-
-    page: by what it is known, its path for example.
-    """
-    store.begin(page)
-    before = _STORE.set(store)
-    try:
-        yield
-    finally:
-        _STORE.reset(before)
-        store.end()
-
-
-def keeps_results() -> bool:
-    """Return whether results are kept."""
-    return _STORE.get() is not None
-
-
-def keep_result(function: Callable[..., Result], *arguments: Any, aside: tuple[Any, ...] = ()) -> Result:
-    """Return function(*arguments, *aside), or what it returned for equal arguments.
-
-    A store keeps results inside `keep_in`.
-    function: of a module. Its result depends on nothing but the arguments, and is never changed.
-    aside: further arguments, which change no result: a clock.
-    """
-    store = _STORE.get()
-    return function(*arguments, *aside) if store is None else store.result(function, arguments, aside)
 
 
 class _Fields(pickle.Pickler):
