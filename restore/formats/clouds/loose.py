@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from restore.camera.rays import MAX_GAP, MAX_SLOPE, STEEP
 from restore.errors import BadInput
 from restore.formats.clouds.cloud import Cloud
-from restore.formats.clouds.organised import flying_pixels, reported
+from restore.formats.clouds.organised import flying_pixels, nearest_known, reported
 from restore.formats.parsing.picture import SMALL_PIXELS
 from restore.numerics.limits import SINGLE_TINY
 from restore.numerics.robust import NEARLY_ALL
@@ -197,14 +197,15 @@ def _picture(cloud: Cloud, measured: Mask, view: View) -> tuple[Bytes | None, Fl
     if cloud.colours is None:
         return None, np.dstack([col, row])
     cells = np.unique(np.rint(view.places).astype(np.int64) @ [1, cols])
-    finer = min(max(2.0 * sqrt(len(view.places) / len(cells)), 1.0), sqrt(SMALL_PIXELS / (rows * cols)))
+    most = min(SMALL_PIXELS, 16 * len(view.places))  # four times as many as are wanted, where points are in few cells
+    finer = min(max(2.0 * sqrt(len(view.places) / len(cells)), 1.0), max(sqrt(most / (rows * cols)), 1.0))
     height, width = ceil(rows * finer), ceil(cols * finer)
     at = np.rint(view.places * finer).astype(np.int64)
     number = at[:, 1].clip(0, height - 1) * width + at[:, 0].clip(0, width - 1)
     parts = [None, *cloud.colours[measured].T]
     sums = (np.bincount(number, part, height * width).reshape(height, width).astype(np.float32) for part in parts)
     weight, *channels = (_blurred(part) for part in sums)
-    nearest = _nearest(weight > SINGLE_TINY)
+    nearest = nearest_known(weight > SINGLE_TINY)
     mean = np.stack([channel / np.maximum(weight, SINGLE_TINY) for channel in channels], axis=-1)
     return np.clip(np.rint(mean), 0, 255).astype(np.uint8).reshape(-1, 3)[nearest], np.dstack([col, row]) * finer
 
@@ -212,13 +213,3 @@ def _picture(cloud: Cloud, measured: Mask, view: View) -> tuple[Bytes | None, Fl
 def _blurred(values: NDArray[np.float32]) -> NDArray[np.float32]:
     """Average over a pixel either way: half of the distance of points."""
     return np.asarray(cv2.GaussianBlur(values, (0, 0), 1.0))
-
-
-def _nearest(known: Mask) -> Ints:
-    """Return the index (rows, cols) of the nearest known pixel in the flat picture."""
-    _, number = cv2.distanceTransformWithLabels(
-        (~known).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    index = np.zeros(int(number.max()) + 1, np.int64)
-    index[number[known]] = np.flatnonzero(known)
-    return index[number]

@@ -6,6 +6,7 @@ from dataclasses import replace
 from math import ceil, sqrt
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from restore.camera.rays import MAX_SLOPE
@@ -16,7 +17,7 @@ from restore.formats.parsing.grid import samples_in_picture
 from restore.formats.parsing.picture import adjacent_picture
 from restore.numerics.robust import MAJORITY, NEVER, robust_sigma
 from restore.runtime.threads import in_threads
-from restore.scan import Bytes, Floats, Mask, RangeScan, with_findings
+from restore.scan import Bytes, Floats, Ints, Mask, RangeScan, with_findings
 
 # The largest grid is then as fine as a Vivid's, for which windows, bands and times are chosen.
 MAX_SAMPLES = 2**19
@@ -40,6 +41,16 @@ def organised_scan(path: Path, cloud: Cloud, picture: Bytes | None) -> RangeScan
     return coarsened(with_findings(scan, *reported(flying, points)))
 
 
+def _of_points(colours: Bytes, measured: Mask) -> Bytes:
+    """Return the picture (rows, cols, 3) of the colours (n, 3) of points.
+
+    Where missing points have one colour, which means none, that of the nearest measured one is taken.
+    """
+    missing = colours[~measured.ravel()]
+    picture = colours.reshape(*measured.shape, 3)
+    return colours[nearest_known(measured)] if len(missing) and (missing == missing[0]).all() else picture
+
+
 def reported(flying: Mask, points: Floats) -> list[Finding]:
     """Return the finding of flying pixels (rows, cols) removed from points (rows, cols, 3)."""
     lost = float(flying.sum() / max(flying.sum() + np.isfinite(points[..., 2]).sum(), 1))
@@ -51,7 +62,7 @@ def _picture(path: Path, cloud: Cloud, picture: Bytes | None, rows: int, cols: i
     if picture is None and cloud.picture is not None:
         return cloud.picture[0], cloud.picture[1].reshape(rows, cols, 2)
     if picture is None and cloud.colours is not None:
-        picture = cloud.colours.reshape(rows, cols, 3)
+        picture = _of_points(cloud.colours, cloud.measured.reshape(rows, cols))
     elif picture is None:
         picture = adjacent_picture(path)
     return picture, samples_in_picture(path, rows, cols, picture)
@@ -117,3 +128,13 @@ def coarsened(scan: RangeScan) -> RangeScan:
     points = np.where(count > MAJORITY * step**2 - 0.5, total / np.maximum(count, 1.0), np.nan)
     facts = {**scan.provenance, "averaged": step}
     return replace(scan, points=points, texture_xy=squares(scan.texture_xy).mean(axis=(1, 3)), provenance=facts)
+
+
+def nearest_known(known: Mask) -> Ints:
+    """Return the index (rows, cols) of the nearest known pixel in the flat picture."""
+    _, number = cv2.distanceTransformWithLabels(
+        (~known).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    index = np.zeros(int(number.max()) + 1, np.int64)
+    index[number[known]] = np.flatnonzero(known)
+    return index[number]
