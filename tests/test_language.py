@@ -20,9 +20,10 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PACKAGES, TESTS = ("drivers", "restore", "station"), ("bench", "oracles", "tests")
 GENERATED = ("cli.md", "keys.md")  # counted where they come from, in the code
-GENERATED_TABLE = re.compile(r"^\| key \| type \| meaning \|\n(?:\|.*\n)*", re.MULTILINE)  # of the report: the same
+# Of the report and the quality measures: the same.
+GENERATED_TABLE = re.compile(r"^\| (?:key \| type|measure \| unit) \|.*\n(?:\|.*\n)*", re.MULTILINE)
 COUNTS = ROOT / "tests" / "language_counts.json"  # of each pattern, in the documents, the code and the tests
-MAX_WORDS = 20_600  # a newcomer finds what is needed; measurements have bench/results
+MAX_WORDS = 20_500  # a newcomer finds what is needed; measurements have bench/results
 MAX_PAGE_WORDS = 1200  # one reader and one task
 MAX_MEAN_SENTENCE, MAX_SENTENCE = 20, 40  # words: readable once
 NOT_PROSE = re.compile(r"```.*?```|^(?: {4,}|[|#!])[^\n]*$", re.DOTALL | re.MULTILINE)
