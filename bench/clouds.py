@@ -1,4 +1,4 @@
-"""`python -m bench.clouds [--seed S] [--only sheets|noise|loose|damaged|large]`: files of other scanners.
+"""`python -m bench.clouds [--seed S] [--only TABLE …]`: files of other scanners.
 
 sheets   five sheets of a simulated scanner through every layout: error of size, rms error of markers, mirrored or not.
 noise    noise of other devices, correlated or not, on the scanner's grid and on one of 2448 × 1836: the same, with the
@@ -121,7 +121,10 @@ def loose(seed: int, folder: Path) -> None:
 
 
 def damaged(seed: int, folder: Path) -> None:
-    """Print outcomes of damaged files, all read by one process: that it ends well means that none crashed."""
+    """Print outcomes of damaged files, all read by one process.
+
+    That it ends well means that none crashed.
+    """
     scan, _ = shoot(Curl(), seed=seed, mode="fast")
     harmed = folder / "harmed"
     for number, (name, data) in enumerate(_damaged(scan, folder, np.random.default_rng(seed))):
@@ -195,7 +198,10 @@ def _pivoted(scan: RangeScan) -> RangeScan | SurfaceMesh:
 
 
 def _damaged(scan: RangeScan, folder: Path, rng: np.random.Generator) -> Iterator[tuple[str, bytes]]:
-    """Yield names and bytes of damaged files: hostile, cut, overwritten, with impossible numbers."""
+    """Yield names and bytes of damaged files: hostile, cut, overwritten.
+
+    With impossible numbers.
+    """
     harmful = io.BytesIO()
     np.save(harmful, np.array([{"a": 1}], object), allow_pickle=True)
     yield "pickle.npy", harmful.getvalue()

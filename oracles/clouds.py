@@ -127,7 +127,10 @@ def write_ptx(path: Path, scan: RangeScan, *, scans: int = 1) -> None:
 
 
 def write_gocator(path: Path, scan: RangeScan) -> None:
-    """Write a SurfacePointCloud section, tuples row by row; height is towards the sensor, and y runs down."""
+    """Write a SurfacePointCloud section.
+
+    Tuples row by row; height is towards the sensor, and y runs down.
+    """
     rows, cols, _ = scan.points.shape
     middle = np.nanmedian(scan.points[..., 2])
     points = (scan.points - [0.0, 0.0, middle]) * [1.0, -1.0, 1.0]
@@ -164,7 +167,10 @@ def write_text(
     comma: bool = False,
     first: str = "",
 ) -> None:
-    """Write the measured points as lines of text: a first line, an order of columns, a separator, decimal commas."""
+    """Write the measured points as lines of text: a first line, an order of columns.
+
+    A separator, decimal commas.
+    """
     measured = scan.measured
     columns: Mapping[str, Floats] = {
         **dict(zip("xyz", (scan.points * CAMERA)[measured].T, strict=True)),

@@ -1,4 +1,7 @@
-"""Depth images with the intrinsics of each program, their scale, their kind of depth and their colour image."""
+"""Depth images with the intrinsics of each program, their scale.
+
+Their kind of depth and their colour image.
+"""
 
 import json
 

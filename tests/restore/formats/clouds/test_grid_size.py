@@ -1,4 +1,7 @@
-"""The size of a grid: stated by remarks, shown by the points, asked for where two sizes are as likely."""
+"""The size of a grid: stated by remarks, shown by the points.
+
+Asked for where two sizes are as likely.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,7 @@
-"""Organised clouds come back in the scanner's frame, whatever axes, units and marks of missing points they have."""
+"""Organised clouds come back in the scanner's frame, whatever axes.
+
+Units and marks of missing points they have.
+"""
 
 import itertools
 
