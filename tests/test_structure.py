@@ -15,7 +15,6 @@ PACKAGES = [TESTS.parent / name for name in ("drivers", "restore", "station")]
 # No test calls these directly; they run in the tests of the modules that use them. The list may only become shorter.
 CALLED_BY_OTHERS = {
     "drivers.safety.device_context",
-    "drivers.shipped",
     "drivers.simulated.device.stage.controller",
     "drivers.simulated.imaging.illumination",
     "drivers.simulated.imaging.shot_data",

@@ -49,10 +49,10 @@ def test_a_scan_that_cannot_be_restored_is_safe_and_named(place, capsys):
 
 def test_the_doctor_asks_the_scanner_and_wants_no_vivid(place, capsys):
     main(["doctor", "--config", str(place / "station.toml")])
-    told = capsys.readouterr().out
-    assert "ok        scanner: grab answers" in told
-    assert "scsi" not in told.lower()
-    assert "calibration" not in told
+    out = capsys.readouterr().out
+    assert "ok        scanner: grab answers" in out
+    assert "scsi" not in out.lower()
+    assert "calibration" not in out
     with (place / "station.toml").open("a") as file:
         file.write("""check = ["{python}", "-c", "raise SystemExit('no camera')"]""")
     assert main(["doctor", "--config", str(place / "station.toml")]) == 4
