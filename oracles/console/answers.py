@@ -57,6 +57,13 @@ def leaf(number: int) -> Values:
     }
 
 
+def reviewed(number: int) -> Values:
+    """A leaf of the review: what the contact sheet has of it, its size and its checks."""
+    of = row(number)
+    sizes = {"width_mm": SHEET_MM[0] + 0.1 * (number % 5), "height_mm": SHEET_MM[1], "sampling_ppi": 64.0, "dpi": DPI}
+    return {**leaf(number), **sizes, "level": of["level"], "rank": of["rank"], "checks": detail(of, (1, 1))["checks"]}
+
+
 def detail(of: Values, size: tuple[int, int]) -> Values:
     """All of a page of so many pixels: its findings, the worst first, and its layers."""
     worst = WORST.get(of["level"], {})

@@ -18,6 +18,9 @@ type SheetLeaf = {
   name: string; page: number; part: string; label: string; side: string; tag: number; left_out: boolean; missing: string[]; run: Run; same: string[];
   event: number; layer: string;
 };
+type ReviewLeaf = Omit<SheetLeaf, "run" | "same"> & {
+  level: string; rank: number; width_mm: number; height_mm: number; sampling_ppi: number; dpi: number; checks: Finding[];
+};
 type Message = { key: string; text: string; page: number; at: string };
 type Session = Answers["sessions"][number];
 type JobResult = {

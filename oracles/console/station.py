@@ -16,7 +16,7 @@ from typing import Any
 
 from PIL import Image
 
-from oracles.console.answers import ANSWERS, Values, detail, leaf, open_state, row, words
+from oracles.console.answers import ANSWERS, Values, detail, leaf, open_state, reviewed, row, words
 from oracles.console.models import model
 from oracles.console.pictures import deep_zoom, encoded, layer, on_table, printed_page, tile, warned
 
@@ -132,6 +132,7 @@ class CannedStation:
                 "current": self.pages or None,
             },
             "/api/leaves": lambda: {"tag": 0, "leaves": self.leaves},
+            "/api/review": lambda: {"leaves": [reviewed(number) for number in range(1, self.pages + 1)]},
             "/api/sessions": lambda: {
                 "root": "/srv/planish",
                 "sessions": ANSWERS["sessions"] if self.sessions is None else self.sessions,

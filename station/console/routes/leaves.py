@@ -9,7 +9,7 @@ from fastapi import APIRouter, Response
 
 from station.console.routes.answers import FAULTS, Acting, Looking, Tag, number_of, tagged
 from station.console.routes.requests import ChangedLeaf, LabelRun, MissingLeaves, MovedLeaves
-from station.console.shown_pages.leaves import shown_leaf, shown_leaves
+from station.console.shown_pages.leaves import reviewed_leaves, shown_leaf, shown_leaves
 from station.console.state.app_state import AppState
 from station.console.state.open_session import Current, Operation
 from station.session.operations.arrangement import change_leaf, mark_missing, move_leaves, number_from
@@ -21,6 +21,12 @@ router = APIRouter(prefix="/api", responses=FAULTS)
 def leaves(app_state: Looking, response: Response) -> dict[str, Any]:
     """Return the leaf sides of the volume, in their order."""
     return tagged(response, shown_leaves(app_state.opened().session))
+
+
+@router.get("/review")
+def review(app_state: Looking) -> dict[str, Any]:
+    """Return the delivered leaf sides, each compared with its neighbours."""
+    return {"leaves": reviewed_leaves(app_state.opened().session)}
 
 
 @router.post("/order")

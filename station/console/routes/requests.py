@@ -20,7 +20,8 @@ Tab = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{16,64}$")]
 SessionName = Annotated[str, Field(min_length=1, max_length=255)]
 LeafName = Annotated[str, Field(pattern=r"^[1-9][0-9]{0,3}(/(left|right))?$")]
 Text = Annotated[str, Field(max_length=MAX_TEXT)]
-Action = Literal["capture", "again", "accept", "mark", "note", "undo", "redo", "insert", "side", "preview", "keep_both"]
+OnPage = Literal["again", "insert", "accept", "reject", "keep_both", "mark", "note", "side"]
+Action = Literal["capture", "preview", "undo", "redo", OnPage]
 
 
 class _Request(BaseModel):

@@ -11,7 +11,7 @@ from station.session.operations.arrangement import keep_both
 from station.session.operations.description import describe_page
 
 SHOTS = frozenset({"capture", "again", "insert"})
-ON_A_PAGE = frozenset({"again", "insert", "accept", "keep_both", "mark", "note", "side"})
+ON_A_PAGE = frozenset({"again", "insert", "accept", "keep_both", "mark", "note", "reject", "side"})
 
 Do = Callable[[CaptureLoop, int, str], object]
 """Does an action on a page (0 for none) with a text."""
@@ -48,6 +48,7 @@ DO: Mapping[str, Do] = {
     "note": lambda loop, page, text: loop.note(text.strip(), page=page),
     "undo": lambda loop, _page, _text: loop.press("undo"),
     "redo": lambda loop, _page, _text: loop.press("redo"),
+    "reject": lambda loop, page, _text: loop.change(partial(describe_page, page=page, values={"accept": False})),
     "side": set_side,
     "keep_both": lambda loop, page, _text: loop.change(partial(keep_both, number=page)),
 }

@@ -6,7 +6,7 @@ import { actions } from "./actions.js";
 import { t } from "./strings.js";
 
 /** @type {Record<string, string>} */ const KEYS = { " ": "capture", Enter: "accept", r: "again", u: "undo", U: "redo", m: "mark", n: "note", i: "insert", p: "preview", b: "both" };
-const SCREENS = new Set(["capture", "page"]); // elsewhere a key is for the fields
+const SCREENS = new Set(["capture", "page", "review"]); // elsewhere a key is for the fields
 const STEPS = new Set(["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"]); // held, they go on
 const OFF = "planish-keys-off";
 /** @type {(key: string, event: KeyboardEvent) => unknown} */ let toolKey = null;
@@ -35,6 +35,8 @@ export function listenForKeys() {
   });
 }
 
+/** @type {Record<string, string>} */ const REVIEW = { "d ␣ →": "next", "a ←": "back", s: "questionable", w: "earlier", e: "accept", x: "reject", "m q": "mark", "+ − 0": "zoom" };
+
 /** The list of the keys, and the switch that turns them off. */
 export function showKeys() {
   const off = h("input", { type: "checkbox", id: "keys-off", on: { change: () => {
@@ -47,7 +49,9 @@ export function showKeys() {
     h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: shown[key] ?? key })), h("dd", { text: t(`action.${name}`) })));
   const sheet = h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: "g" })), h("dd", { text: t("screen.sheet") }));
   const help = h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: "?" })), h("dd", { text: t("keys.title") }));
-  const list = h("dl", { class: "keys" }, rows, sheet, help);
+  const review = Object.entries(REVIEW).map(([key, name]) =>
+    h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: key })), h("dd", { text: `${t("screen.review")}: ${t(`review.${name}`)}` })));
+  const list = h("dl", { class: "keys" }, rows, sheet, help, review);
   set(list, "aria-label", t("keys.title"));
   openDialog(t("keys.title"), [h("p", { class: "soft", text: t("keys.text") }), list,
     h("label", { class: "check", for: "keys-off" }, off, h("span", { text: t("keys.off") }))]);

@@ -8,9 +8,9 @@ import { statusBar } from "./status.js";
 import { follow, on, store } from "./store.js";
 import { chooseLanguage, language, loadStrings, t } from "./strings.js";
 
-const SCREENS = [["capture", "camera"], ["page", "scan-eye"], ["sheet", "layers"], ["sessions", "library-big"], ["settings", "settings-2"],
+const SCREENS = [["capture", "camera"], ["page", "scan-eye"], ["sheet", "layers"], ["review", "search"], ["sessions", "library-big"], ["settings", "settings-2"],
   ["batch", "list-checks"], ["export", "package-check"]];
-const OF_A_SESSION = new Set(["capture", "page", "sheet", "settings"]);
+const OF_A_SESSION = new Set(["capture", "page", "sheet", "review", "settings"]);
 const shown = new Map(); // screens made so far
 /** @type {HTMLElement} */ let main;
 /** @type {Map<string, HTMLElement>} */ let links;

@@ -130,6 +130,21 @@ def test_leaves_that_look_the_same_name_each_other_until_one_is_left_out(opened,
     assert [leaf["same"] for leaf in opened.get("/api/leaves").json()["leaves"]] == [[], []]
 
 
+def test_a_review_has_sizes_and_what_differs_and_a_page_is_kept_or_rejected(opened, served):
+    shoot(opened)
+    served.restorer.drawn = 1  # the picture of the first page
+    shoot(opened)
+    one, two = opened.get("/api/review").json()["leaves"]
+    assert (two["name"], two["level"], two["rank"] > one["rank"]) == ("2", "red", True)
+    assert {"width_mm", "height_mm", "sampling_ppi", "event", "layer"} <= two.keys()
+    assert [check["same_as"] for check in two["checks"] if check["level"] == "red"] == ["1"]
+    press(opened, "keep_both", page=2)
+    wait_for(lambda: opened.get("/api/review").json()["leaves"][1]["level"] == "green")
+    assert opened.get("/api/pages").json()["pages"][1]["kept"] == ["1"]
+    press(opened, "reject", page=1)
+    wait_for(lambda: opened.get("/api/pages").json()["pages"][0]["state"] == "again")
+
+
 def test_what_cannot_be_changes_nothing_and_the_loop_goes_on(three):
     before = events(three)
     for method, path, body in (

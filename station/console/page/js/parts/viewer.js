@@ -48,6 +48,8 @@ export class PageViewer {
     /** @type {Map<string, import("openseadragon").TiledImage>} */ this.layers = new Map();
     /** @type {typeof import("openseadragon")} */ this.osd = undefined;
     /** @type {import("openseadragon").Viewer} */ this.viewer = undefined;
+    this.keepsZoom = false; // from one page to the next
+    this.hasFitted = false;
     /** @type {Promise<void>} */ this.shown = undefined;
     /** @type {Shot} */ this.page = null; // {key, width, height, dpi, isScan}: without a size, that of its lowest layer
   }
@@ -80,7 +82,8 @@ export class PageViewer {
     const size = page.width ? null : [...this.layers.values()][0]?.getContentSize();
     this.page = size ? { ...page, width: size.x, height: size.y } : page;
     set(this.element, "data-scan", Boolean(page.isScan));
-    if (other) this.fit(true);
+    if (other && !(this.keepsZoom && this.hasFitted)) this.fit(true);
+    this.hasFitted = true;
     this.moved();
   }
 

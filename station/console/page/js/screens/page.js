@@ -258,7 +258,7 @@ function* history(found, leaf) {
     ["fact.shots", String(found.shots.length)]].filter(([, value]) => value);
   yield h("dl", { class: "figures" }, figures.map(([name, value]) => h("div", {}, h("dt", { text: t(name) }), h("dd", { text: value }))));
   yield h("details", {}, h("summary", { text: t("history") }), h("ol", { class: "events" }, found.events.map((event) =>
-    h("li", {}, h("time", { text: time(event.time) }), h("span", { text: [firstOf([`step.${event.name}`], event.name), typeof event.value === "string" ? event.value : ""].filter(Boolean).join(": ") })))));
+    h("li", {}, h("time", { text: time(event.time) }), h("span", { text: [event.name === "accept" && event.value === false ? t("state.again") : firstOf([`step.${event.name}`], event.name), typeof event.value === "string" ? event.value : ""].filter(Boolean).join(": ") })))));
   yield h("details", {}, h("summary", { text: t("files") }), h("ul", { class: "events" }, found.files.map((file) =>
     h("li", {}, h("span", { text: file.name }), h("span", { class: "soft", text: bytes(file.bytes) })))));
 }
