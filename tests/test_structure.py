@@ -22,6 +22,7 @@ CALLED_BY_OTHERS = {
     "drivers.simulated.scene.sheets.rulings",
     "drivers.vivid900.capture.shot_parameters",
     "restore.flattening.solution",
+    "restore.formats.clouds.e57_process",  # in a process of its own
     "restore.formats.gltf.trimesh_parser",
     "restore.photo.dense",
     "restore.photo.features",

@@ -14,7 +14,7 @@ from station.config import load_config
 OPENING = {"sheet": "flat", "artwork": "text", "page_mm": [200, 150], "table": "none"}
 TABLE = settings_table.read({"book": [OPENING, {**OPENING, "artwork": "white"}]})
 NOISE_MM = 0.1
-SHARE = 0.1  # of a deviation over 300,000 samples of which four are one
+TOLERANCE = 0.1  # of a deviation over 300,000 samples of which four are one
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def test_its_noise_is_that_of_a_depth_camera(shots):
     exact, taken = shots
     both = exact.measured & taken.measured
     error = np.where(both, np.linalg.norm(taken.points - exact.points, axis=2), np.nan)
-    assert np.sqrt(np.nanmean(error**2)) == pytest.approx(NOISE_MM, rel=SHARE)
+    assert np.sqrt(np.nanmean(error**2)) == pytest.approx(NOISE_MM, rel=TOLERANCE)
 
 
 def test_noise_is_along_the_rays_and_correlated_over_two_samples():
@@ -52,7 +52,7 @@ def test_noise_is_along_the_rays_and_correlated_over_two_samples():
     moved = noisy(points, NOISE_MM, np.random.default_rng(1)) - points
     assert np.abs(np.cross(moved, points)).max() < 1e-9
     along = moved[..., 2]
-    assert np.mean(along[:, 2:] * along[:, :-2]) / np.var(along) == pytest.approx(np.exp(-1), abs=SHARE)
+    assert np.mean(along[:, 2:] * along[:, :-2]) / np.var(along) == pytest.approx(np.exp(-1), abs=TOLERANCE)
 
 
 def test_the_program_writes_a_file_and_says_what_is_wrong(tmp_path, monkeypatch, capsys):

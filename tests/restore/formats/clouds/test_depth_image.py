@@ -13,6 +13,7 @@ from PIL import Image
 from oracles.clouds import colours_of_samples, write_depth
 from restore.errors import BadInput
 from restore.formats import load_scan
+from restore.formats.clouds.intrinsics import read_intrinsics
 from tests.restore.formats.conftest import MIDDLE_PX
 
 STEP_MM = 0.02
@@ -93,6 +94,22 @@ def test_a_larger_colour_image_of_the_same_view(tmp_path, sheet):
     Image.new("RGB", (50, 50)).save(tmp_path / "a" / "color.png")
     with pytest.raises(BadInput, match="does not fit"):
         load_scan(tmp_path / "a")
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.txt", "525 526 319.5 239.5"),
+        ("a.txt", "525 0 319.5\n0 526 239.5\n0 0 1"),
+        ("a.json", '{"intrinsic_matrix": [525, 0, 0, 0, 526, 0, 319.5, 239.5, 1]}'),
+        ("a.json", '{"depth": {"fx": 525, "fy": 526, "ppx": 319.5, "ppy": 239.5}}'),
+        ("a.yaml", "K: [525, 0, 319.5, 0, 526, 239.5, 0, 0, 1]\n"),
+    ],
+)
+def test_every_program_states_the_same_camera(tmp_path, name, text):
+    (tmp_path / name).write_text(text)
+    camera = read_intrinsics(tmp_path / name)
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == (525.0, 526.0, 319.5, 239.5)
 
 
 @pytest.mark.parametrize(

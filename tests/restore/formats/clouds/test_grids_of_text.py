@@ -7,6 +7,7 @@ from oracles.clouds import write_e57, write_gocator, write_ptx
 from restore.errors import BadInput
 from restore.formats import load_scan
 from restore.formats.clouds.e57 import read_e57
+from restore.formats.clouds.gocator import is_gocator
 from restore.formats.clouds.ptx import read_ptx
 from restore.scan import RangeScan
 
@@ -34,6 +35,8 @@ def test_several_scans_of_ptx_are_one_cloud(tmp_path, sheet):
 
 def test_a_section_of_a_gocator(tmp_path, sheet):
     write_gocator(tmp_path / "a.csv", sheet)
+    assert is_gocator((tmp_path / "a.csv").read_bytes())
+    assert not is_gocator(b"x,y,z\n1,2,3\n")
     scan = load_scan(tmp_path / "a.csv")
     both = scan.measured
     np.testing.assert_array_equal(both, sheet.measured)

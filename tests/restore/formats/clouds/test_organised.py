@@ -13,6 +13,8 @@ from restore.camera.rays import find_rays
 from restore.errors import BadInput
 from restore.formats import load_scan
 from restore.formats.clouds.organised import MAX_SAMPLES, coarsened, flying_pixels
+from restore.formats.clouds.ply_cloud import has_faces
+from restore.formats.ply_data import parse_ply
 from restore.scan import RangeScan
 from tests.restore.formats.conftest import make_shot
 
@@ -96,3 +98,14 @@ def test_a_cloud_without_a_point_is_refused(tmp_path, sheet):
     write_ply(tmp_path / "a.ply", nothing, remark=SIZE)
     with pytest.raises(BadInput, match="no point that was measured"):
         load_scan(tmp_path / "a.ply")
+
+
+def test_a_file_that_promises_faces_is_not_a_cloud(tmp_path, sheet):
+    write_ply(path := tmp_path / "a.ply", sheet, remark=SIZE)
+    data = path.read_bytes()
+    assert not has_faces(parse_ply(path, data))
+    points = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    face = (
+        points + b"element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    )
+    assert has_faces(parse_ply(path, face))
