@@ -118,6 +118,11 @@ CODES: Mapping[str, Code] = {
         "doubt",
         "the file does not give the size of a voxel: {voxel} is assumed. Give it with --unit, as 7.91um",
     ),
+    "depth_step_assumed": Code(
+        "warning",
+        "the depth image does not state the length of a step: 1 mm is assumed. If the page has another size, give it "
+        "with --unit, as 0.2mm",
+    ),
     "unit_too_large": Code(
         "doubt",
         "the coordinates are too large for {standard}, the unit of the format: read as {unit}. Check the size "

@@ -20,12 +20,13 @@ import numpy as np
 from PIL import Image
 
 from restore.errors import BadInput
+from restore.findings import Finding
 from restore.formats.clouds.cloud import MAX_POINTS, Cloud, cloud_of
 from restore.formats.clouds.intrinsics import MM_PER_M, Intrinsics, files_named, intrinsics_in, read_intrinsics
 from restore.formats.parsing.picture import SUFFIXES, read_image
 from restore.formats.parsing.source import CUT_SHORT, DAMAGED, is_file, read_bytes
 from restore.formats.parsing.unit import AUTO, unit_mm
-from restore.numerics.units import GIVEN, MAX_COORDINATE_MM
+from restore.numerics.units import ASSUMED, BY_FORMAT, GIVEN, MAX_COORDINATE_MM
 from restore.scan import Bytes, Floats
 
 DEPTHS = (".png", ".tif", ".tiff", ".exr")
@@ -75,7 +76,9 @@ def read_depth(path: Path, unit: str = AUTO, depth: str = AUTO) -> Cloud:
     points = np.dstack([rays * z[..., None], z]).reshape(-1, 3)
     cloud = replace(cloud_of(image, points), size=(cols, rows))
     facts = {**cloud.provenance, "unit": f"{step:g}mm", "unit_source": source, "depth": AXIS if along else RAY}
-    return replace(cloud, provenance=facts, picture=_colour(folder, image, camera, points, rows, cols))
+    assumed = (Finding.of("depth_step_assumed"),) if whole and source == ASSUMED else ()
+    picture = _colour(folder, image, camera, points, rows, cols)
+    return replace(cloud, provenance=facts, picture=picture, findings=assumed)
 
 
 def _only_image(folder: Path) -> Path:
@@ -111,9 +114,9 @@ def _step(numbers: Floats, whole: bool, camera: Intrinsics, unit: str) -> tuple[
     if given is not None:
         return given, GIVEN
     if whole:
-        return (1.0, "assumed") if camera.step_mm is None else (camera.step_mm, "format")
+        return (1.0, ASSUMED) if camera.step_mm is None else (camera.step_mm, BY_FORMAT)
     known = numbers[np.isfinite(numbers) & (numbers > 0)]
-    return (MM_PER_M if len(known) and np.median(known) < FAR_M else 1.0), "assumed"
+    return (MM_PER_M if len(known) and np.median(known) < FAR_M else 1.0), ASSUMED
 
 
 def _colour(

@@ -1,8 +1,7 @@
 """Range images of loose clouds, which end where the points end.
 
-Their grid is that of a camera in front of the surface, with two points in a cell, whose mean is its depth. So passes,
-noise and steps in density average out as in a range image. Of ball pivoting (Bernardini et al., 1999) the triangles
-follow the noise instead, and the page is too large.
+Their grid is that of a camera in front of the surface, with two points in a cell, whose mean is its depth. So passes
+that overlap and noise average out as in a range image.
 """
 
 from __future__ import annotations

@@ -37,7 +37,10 @@ def test_intrinsics_that_leave_the_step_to_the_unit(tmp_path, sheet, same_as, ki
 
 def test_whole_numbers_are_millimetres_and_fractions_metres(tmp_path, sheet, same_as):
     write_depth(tmp_path / "a", sheet, MIDDLE_PX, kind="tum", step_mm=1.0)
-    same_as(load_scan(tmp_path / "a"), sheet, within=0.6)
+    scan = load_scan(tmp_path / "a")
+    same_as(scan, sheet, within=0.6)
+    assert [one.code for one in scan.findings] == ["depth_step_assumed"]
+    assert load_scan(tmp_path / "a", unit="mm").findings == ()
     write_depth(tmp_path / "b", sheet, MIDDLE_PX, kind="float")
     same_as(load_scan(tmp_path / "b", depth="axis"), sheet, within=1e-3)
 
