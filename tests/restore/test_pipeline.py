@@ -114,7 +114,7 @@ def test_the_measure_can_fail():
     truth = shot("curl")[1]
     stretched = replace(page("curl"), dpi=150 / 1.01)  # a page one per cent too large
     assert error(stretched, truth).rms_mm > 4 * CASES["curl"].limit_mm
-    assert error(replace(stretched, image=stretched.image[:, ::-1]), truth).mirrored
+    assert error(stretched.with_pictures(image=stretched.image[:, ::-1]), truth).mirrored
 
 
 @pytest.mark.parametrize("name", [pytest.param("curl", marks=pytest.mark.slow), "multi-fold"])

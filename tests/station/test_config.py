@@ -66,7 +66,7 @@ def test_a_configuration_without_its_ending_is_named(tmp_path, monkeypatch):
     Path("mine.toml").write_text(SCANNER)
     with pytest.raises(UsageError, match="the configuration 'mine' does not exist") as caught:
         load_config(Path("mine"))
-    assert "the whole name, mine.toml, or a bundled one: simulated" in caught.value.hint
+    assert "the whole name, mine.toml, or a bundled one: program, simulated" in caught.value.hint
 
 
 def test_a_folder_of_that_name_is_not_a_configuration(tmp_path, monkeypatch):

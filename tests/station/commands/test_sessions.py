@@ -137,9 +137,9 @@ def test_a_session_without_runs_replays(place, capsys):
     ("words", "code", "text"),
     [
         (["show", "nothing"], 3, "the session 'nothing' does not exist"),
-        (["add", "book", "book/bagit.txt"], 3, "not a scan file"),
+        (["add", "book", "book/events.jsonl"], 3, "not a scan file"),
         (["add", "book", "a.scan", "gone.obj"], 3, "gone.obj does not exist"),
-        (["add", "book", "a.scan", "book/bagit.txt"], 3, "not a scan file"),
+        (["add", "book", "a.scan", "book/events.jsonl"], 3, "not a scan file"),
         (["add", "book", "gone.obj", "--photos"], 3, "gone.obj is not there"),
         (["add", "book", "a.scan", "book", "--photos"], 3, "a.scan is not a file"),
         (["add", "book", "a.scan", "a.scan", "--page", "1"], 2, "cannot be one page"),
