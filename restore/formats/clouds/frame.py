@@ -61,8 +61,8 @@ def _along_axes(points: Floats) -> tuple[Floats | None, bool]:
     if not away or (np.sign(some[third]) != away).any():
         return None, False
     first, second = (axis for axis in range(3) if axis != third)
-    x, y = some[[first, second]] / np.abs(some[third])
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(all="ignore"):  # of damaged coordinates
+        x, y = some[[first, second]] / np.abs(some[third])
         related = np.nan_to_num(np.corrcoef([cols, rows, x, y])[:2, 2:])
     if abs(related[0, 1] * related[1, 0]) > abs(related[0, 0] * related[1, 1]):
         first, second, related = second, first, related[:, ::-1]

@@ -77,16 +77,17 @@ def flying_pixels(points: Floats) -> Mask:
     """
     depth = -points[..., 2]
     inner, least = depth[1:-1, 1:-1], NEVER * robust_sigma(_curvatures(depth))
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(all="ignore"):  # of damaged coordinates
         x, y = points[..., 0] / depth, points[..., 1] / depth
 
-        def steep(way: tuple[int, int]) -> Mask:
-            start, end = ((-way[0], -way[1]), way)
-            step = np.minimum(np.abs(_shifted(depth, *start) - inner), np.abs(_shifted(depth, *end) - inner))
-            turn = np.hypot(*(_shifted(axis, *end) - _shifted(axis, *start) for axis in (x, y)))
-            return np.asarray((step > least) & (step > MAX_SLOPE / 2.0 * turn * np.abs(inner)))
+    @np.errstate(all="ignore")  # each thread has its own state
+    def steep(way: tuple[int, int]) -> Mask:
+        start, end = ((-way[0], -way[1]), way)
+        step = np.minimum(np.abs(_shifted(depth, *start) - inner), np.abs(_shifted(depth, *end) - inner))
+        turn = np.hypot(*(_shifted(axis, *end) - _shifted(axis, *start) for axis in (x, y)))
+        return np.asarray((step > least) & (step > MAX_SLOPE / 2.0 * turn * np.abs(inner)))
 
-        found = in_threads(steep, ((0, 1), (1, 0), (1, 1), (1, -1)))
+    found = in_threads(steep, ((0, 1), (1, 0), (1, 1), (1, -1)))
     return np.pad(np.logical_or.reduce(found), 1)
 
 
