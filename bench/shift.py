@@ -54,7 +54,7 @@ def _work(folder: Path) -> None:
     """Press every key, and wait after each until what was shot is judged, so that the screen is always the same."""
     shots = _shots()
     with open_session(folder) as writer:
-        loop = CaptureLoop(writer, lambda: next(shots), restore_now, lambda line: print(f"    {line}", flush=True))
+        loop = CaptureLoop(writer, lambda: next(shots), restore_now, lambda line: print(f"    {line.text}", flush=True))
         for key in KEYS:
             print(f"[{NAMES.get(key, key)}]", flush=True)
             loop.type(key)
