@@ -23,7 +23,7 @@ from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from drivers.vivid900.settings import VividSettings
 from restore import RangeScan
-from station.capture_loop.loop import CaptureLoop
+from station.capture_loop.loop import CaptureLoop, Message
 from station.session import Volume, create_session, open_session
 from station.session.derivation.restoration import run_restore
 from station.session.terms.presets import load_preset
@@ -70,8 +70,8 @@ def work(scans: list[RangeScan], shot_s: float, pages: int) -> tuple[list[float]
         loop.inbox.put(" " if len(started) < pages else "q")  # behind the restorations that have ended meanwhile
         return next(source)
 
-    def show(line: str) -> None:
-        if "checks" in line:
+    def show(message: Message) -> None:
+        if "checks" in message.text:
             checked.append(time.perf_counter())
 
     with tempfile.TemporaryDirectory() as name, background(run_restore) as submit:
